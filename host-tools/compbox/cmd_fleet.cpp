@@ -27,6 +27,9 @@ constexpr const char *fleet_example =
   train     Train the models that are due
   run-job   Run one task of a Slurm array
   collect   Take the results of a Slurm array into the registry
+  running   Keep the file that a box runs, to return to
+  rollout   Bring better models to the boxes, in stages
+  receive   On a box: take signed files that arrive
 
 Example:
   compbox fleet status --registry plant)";

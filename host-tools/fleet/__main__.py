@@ -7,7 +7,7 @@ import os
 import shlex
 import sys
 
-from . import engines, machines, training
+from . import engines, links, machines, receiving, rollout, site, training
 from .errors import FleetError
 from .registry import Registry, read_json, write_file
 
@@ -116,6 +116,91 @@ def print_ended(ended, registry):
         raise FleetError(f"{len(ended['lost'])} jobs have no result, that of {first} first; repeat the command")
 
 
+def run_running(arguments):
+    registry = Registry(arguments.registry)
+    with registry.locked():
+        site.add_running(registry, arguments.machine, arguments.file)
+
+
+def broker_of(arguments, follow):
+    """out: the link to the broker of the options"""
+    login = None
+    if arguments.mqtt_user:
+        password = read_text(arguments.mqtt_password_file).strip() if arguments.mqtt_password_file else None
+        login = (arguments.mqtt_user, password)
+    return links.Mqtt(arguments.mqtt, arguments.mqtt_topic, arguments.every, login, arguments.mqtt_ca, follow)
+
+
+def read_text(path):
+    return machines.text_of(path)[1]
+
+
+def run_rollout(arguments):
+    registry = Registry(arguments.registry)
+    with registry.locked():
+        state = site.unfinished(registry)
+        if state is None:
+            offers, left = site.offers(registry, arguments.without)
+            for name, why in left.items():
+                print(f"{name}: {why}")
+            if not offers:
+                print("no machine has a better candidate")
+                return
+            state = rollout.begun(offers, arguments.canary)
+        link = links.Folder(arguments.folder, arguments.every) if arguments.folder else \
+            broker_of(arguments, ("+/state", "+/values"))
+        try:
+            runner = site.Runner(registry, state, link, arguments.key, arguments.most_failures / 100)
+            state = runner.run(arguments.wait, lambda now: print(site.line_of(now), flush=True))
+        finally:
+            link.close()
+        if state["state"] == "halted":
+            raise FleetError(f"the roll-out was halted: {state['why']}")
+        print("done" if rollout.is_over(state) else "not over; the same command continues it")
+
+
+def run_receive(arguments):
+    if arguments.folder:
+        receiving.from_folder(arguments.folder, arguments.keys, arguments.output, arguments.once)
+    else:
+        receiving.from_broker(broker_of(arguments, ("file",)), arguments.keys, arguments.output)
+
+
+def add_link(command, folder, prefix):
+    """Options of a link: a folder or a broker."""
+    way = command.add_mutually_exclusive_group(required=True)
+    way.add_argument("--folder", metavar="DIR", help=folder)
+    way.add_argument("--mqtt", metavar="HOST:PORT", help="MQTT broker")
+    command.add_argument("--mqtt-topic", default="compbox", metavar="TOPIC", help=prefix)
+    command.add_argument("--mqtt-user", metavar="NAME", help="login at the broker")
+    command.add_argument("--mqtt-password-file", metavar="F", help="its password")
+    command.add_argument("--mqtt-ca", metavar="F.pem", help="TLS: certificate of the broker's authority")
+    command.add_argument("--every", type=float, default=1.0, metavar="S", help="seconds between two looks (1)")
+
+
+def add_rollout(add):
+    """Commands that bring models to boxes."""
+    command = add("running", run_running, "Keep the file that a box runs, to return to", "lathe-3 coefficients.json")
+    command.add_argument("machine", help="name of the machine")
+    command.add_argument("file", help="its coefficient file")
+    command = add("rollout", run_rollout, "Bring better models to the boxes, in stages",
+                  "--key plant.key --mqtt broker:1883")
+    command.add_argument("--key", required=True, metavar="F.key", help="secret key that signs, without a password")
+    command.add_argument("--canary", metavar="NAME", help="the first machine (whose record differs most)")
+    command.add_argument("--without", nargs="*", default=[], metavar="NAME", help="machines to leave alone")
+    command.add_argument("--most-failures", type=float, default=10, metavar="PERCENT",
+                         help="part of a stage that may fail (10); the canary may not")
+    command.add_argument("--wait", type=float, default=float("inf"), metavar="S", help="end after so long")
+    add_link(command, "folder that the boxes share, with a folder for each machine",
+             "topics of the boxes begin with it (compbox)")
+    command = add("receive", run_receive, "On a box: take signed files that arrive",
+                  "--mqtt broker:1883 --mqtt-topic compbox/lathe-3 --keys /etc/compbox/keys -o coefficients.json")
+    command.add_argument("--keys", required=True, metavar="DIR", help="folder of public keys, NAME.pub")
+    command.add_argument("-o", "--output", required=True, metavar="F.json", help="file that compboxd runs")
+    command.add_argument("--once", action="store_true", help="look once, with --folder")
+    add_link(command, "folder of this machine", "topic of this machine, as compbox/lathe-3")
+
+
 def add_training(add):
     """Commands that make models."""
     for name, run, text in (("plan", run_plan, "Show the training jobs that are due"),
@@ -175,6 +260,7 @@ def parser():
 
     add_machines(add)
     add_training(add)
+    add_rollout(add)
     return whole
 
 

@@ -52,9 +52,10 @@ def take(registry, row, result):
 
 
 def finish(registry, row):
-    """Makes the model of a done job the machine's candidate. out: the job's entry"""
+    """Makes the model of a done job the machine's candidate, unless a roll-out rejected it. out: the job's entry"""
     done, machine = registry.read("jobs", row["job"]), registry.read("machines", row["machine"])
-    if done["model"] and machine.get("candidate") != done["model"]:
+    refused = (None, machine["model"], machine.get("candidate"), *machine.get("rejected", []))
+    if done["model"] not in refused:
         registry.write("machines", row["machine"], {**machine, "candidate": done["model"]})
     return done
 

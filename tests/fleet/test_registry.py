@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from conftest import ADD, ROOT
+from fleets import ADD, ROOT
 from fleet.registry import Registry, write_file
 from twins import TRUTH, Twin, machine_file
 

@@ -13,7 +13,7 @@ import time
 import psutil
 import pytest
 
-from conftest import cli
+from fleets import cli
 from fleet import jobs
 from twins import TRUTH, Twin
 

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: MIT
+"""The ways between site and boxes. Down: a retained signed file for each machine. Up: what compbox-view publishes.
+
+A folder (a share of the plant, or a stick) does what a broker does: DIR/NAME/file.json down, DIR/NAME/snapshot.json up.
+A link has send(name, payload), poll() → [(name, revision, signals)] and close()."""
+
+import json
+import pathlib
+import queue
+import time
+
+from .errors import FleetError
+from .registry import write_file
+
+
+def payload_of(text, signature):
+    return json.dumps({"file": text, "signature": signature})
+
+
+class Residuals:
+    """Makes residuals of the signals of boxes: a new count of probe_NAME_n is a new probe. The first count of a
+    revision is a reference."""
+
+    def __init__(self):
+        self.running, self.last = {}, {}
+
+    def feed(self, name, revision, signals):
+        """out: [(probe, um)] that this report adds"""
+        if self.running.get(name) != revision:
+            self.running[name], self.last[name] = revision, {}
+        found = []
+        for count in (key for key in signals if key.startswith("probe_") and key.endswith("_n")):
+            probe, value = count[6:-2].lower(), signals.get(count[:-2])
+            if signals[count] is None or value is None:
+                continue
+            if self.last[name].get(probe, signals[count]) != signals[count]:
+                found.append((probe, value))
+            self.last[name][probe] = signals[count]
+        return found
+
+
+class Folder:
+    """in: the folder that all boxes share"""
+
+    def __init__(self, folder, every_s):
+        self.folder, self.every_s, self.times = pathlib.Path(folder), every_s, {}
+
+    def send(self, name, payload):
+        write_file(self.folder / name / "file.json", payload.encode())
+
+    def poll(self):
+        """Waits a while. out: the snapshots that are new"""
+        time.sleep(self.every_s)
+        found = []
+        for path in sorted(self.folder.glob("*/snapshot.json")):
+            try:
+                changed, snapshot = path.stat().st_mtime_ns, None
+                if self.times.get(path) != changed:
+                    snapshot = json.loads(path.read_text())
+                    found.append((path.parent.name, snapshot["revision"],
+                                  {one["name"]: one["value"] for one in snapshot["signals"]}))
+                self.times[path] = changed
+            except (OSError, ValueError, KeyError, TypeError):
+                continue  # half copied: the next poll reads it again
+        return found
+
+    def close(self):
+        pass
+
+
+class Mqtt:
+    """in: "HOST:PORT" of the broker; prefix of the topics, as compbox in compbox/lathe-3/state;
+    (user, password) or None; certificate of the broker's authority or None; topics below the prefix"""
+
+    def __init__(self, broker, prefix, every_s, login=None, authority=None, follow=("+/state", "+/values")):
+        try:
+            import paho.mqtt.client as mqtt
+        except ImportError as error:
+            raise FleetError("the MQTT client is missing; install the package python3-paho-mqtt") from error
+        self.prefix, self.every_s, self.revisions, self.messages = prefix, every_s, {}, queue.SimpleQueue()
+        self.client = mqtt.Client()
+        if login:
+            self.client.username_pw_set(*login)
+        if authority:
+            self.client.tls_set(authority)
+        self.retained = {}
+        self.client.on_connect = self._connected
+        self.client.on_message = lambda _, __, message: self.messages.put((message.topic, message.payload))
+        self.topics = [f"{prefix}/{topic}" for topic in follow]
+        host, _, port = broker.rpartition(":")
+        self.client.reconnect_delay_set(1, 30)
+        try:
+            self.client.connect(host, int(port))
+        except (OSError, ValueError) as error:
+            raise FleetError(f"{broker}: no MQTT broker answers at this HOST:PORT") from error
+        self.client.loop_start()
+
+    def _connected(self, client, *_):
+        """Each time: a broker that was away may have lost subscriptions and what it retained."""
+        client.subscribe([(topic, 1) for topic in self.topics])
+        for topic, payload in list(self.retained.items()):
+            client.publish(topic, payload, qos=1, retain=True)
+
+    def send(self, name, payload):
+        """It is sent at the next connection if the broker is away."""
+        self.retained[f"{self.prefix}/{name}/file"] = payload
+        self.client.publish(f"{self.prefix}/{name}/file", payload, qos=1, retain=True)
+
+    def poll(self):
+        """Waits a while. out: (name, revision, signals) of each message; a revision comes by `state`, retained"""
+        found = []
+        for topic, payload in self.received():
+            try:
+                name, message = topic[len(self.prefix) + 1:].split("/")[0], json.loads(payload)
+                if topic.endswith("/state"):
+                    self.revisions[name] = message.get("revision")
+                if self.revisions.get(name) is not None:
+                    found.append((name, self.revisions[name], message.get("signals", {})))
+            except (ValueError, AttributeError):
+                continue  # not of a box
+        return found
+
+    def received(self):
+        """Waits a while. out: (topic, payload) of each message"""
+        found, end = [], time.monotonic() + self.every_s
+        while True:
+            try:
+                found.append(self.messages.get(timeout=max(end - time.monotonic(), 0.001)))
+            except queue.Empty:
+                return found
+
+    def close(self):
+        self.client.disconnect()
+        self.client.loop_stop()

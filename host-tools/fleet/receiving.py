@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""On the box: takes retained signed files, and gives compboxd those that are in order."""
+
+import json
+import pathlib
+import sys
+import tempfile
+import time
+
+from . import signing, tools
+from .errors import FleetError
+from .registry import read_bytes, read_json, write_file
+
+
+def take(payload, keys, place):
+    """Checks a payload and puts its file to `place`, the signature first. in: bytes of links.payload_of(); folder of
+    public keys; path of the running file. out: the new revision, or None for the file that runs already.
+    Throws FleetError for what is refused; nothing changes then."""
+    place = pathlib.Path(place)
+    try:
+        message = json.loads(payload)
+        text, signature = message["file"], message["signature"]
+        if not signing.is_signed(text, signature, keys):
+            raise FleetError("refused: no enrolled key has signed this file")
+        made, runs = json.loads(text), read_json(place)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise FleetError("refused: the message has no file and signature") from error
+    if made["machine"]["name"] != runs["machine"]["name"]:
+        raise FleetError(f"refused: the file is of {made['machine']['name']}, not of {runs['machine']['name']}")
+    if made["revision"] < runs["revision"]:
+        raise FleetError(f"refused: revision {made['revision']} is older than the running {runs['revision']}")
+    if made["revision"] == runs["revision"]:
+        if text.encode() != read_bytes(place):
+            raise FleetError(f"refused: another file of the running revision {runs['revision']}")
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        (pathlib.Path(folder) / "coefficients.json").write_text(text)
+        tools.compbox("check", "coefficients.json", folder=folder)
+    write_file(pathlib.Path(f"{place}.minisig"), signature.encode())
+    write_file(place, text.encode())
+    return made["revision"]
+
+
+def reported(payload, keys, place):
+    """take(), with one line on stderr about what it did."""
+    try:
+        revision = take(payload, keys, place)
+        if revision is not None:
+            print(f"compbox: {place}: took revision {revision}", file=sys.stderr, flush=True)
+    except FleetError as error:
+        print(f"compbox: {place}: {error}", file=sys.stderr, flush=True)
+
+
+def from_folder(folder, keys, place, once):
+    """Follows DIR/file.json."""
+    path, last = pathlib.Path(folder) / "file.json", None
+    while True:
+        if path.exists() and path.stat().st_mtime_ns != last:
+            last = path.stat().st_mtime_ns
+            reported(path.read_bytes(), keys, place)
+        if once:
+            return
+        time.sleep(1)
+
+
+def from_broker(link, keys, place):
+    """in: links.Mqtt that follows the one topic of this machine. Does not return."""
+    while True:
+        for _, payload in link.received():
+            reported(payload, keys, place)

@@ -1,0 +1,270 @@
+# SPDX-License-Identifier: MIT
+"""Roll-outs of `compbox fleet` to simulated boxes in a folder: stages, halt and return, poison, a killed command."""
+
+import json
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import threading
+import time
+
+import pytest
+
+from boxes import bank_um
+from fleets import COUNT, POISONED, Plant, cli
+from fleet import links, receiving, rollout, signing, site
+from fleet.errors import FleetError
+from fleet.registry import Registry, write_file
+
+ROLLOUT = ("fleet", "rollout", "--key", "plant.key", "--folder", "boxes", "--every", "0.01", "--wait", "100")
+
+
+def run(plant, boxes, *more, kills=0):
+    """Runs the command while boxes live; kills it so many times. out: (exit code, what it printed)"""
+    end, dice = threading.Event(), random.Random(kills)
+
+    def live():
+        while not end.is_set():
+            for box in boxes.values():
+                box.turn()
+            time.sleep(0.02)
+
+    life = threading.Thread(target=live)
+    life.start()
+    try:
+        while True:
+            command = subprocess.Popen([cli.BIN / "compbox", *ROLLOUT, *more], cwd=plant.folder, text=True,
+                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            if not kills:
+                out, errors = command.communicate(timeout=100)
+                return command.returncode, out + errors
+            time.sleep(dice.uniform(0.05, 0.15))
+            command.kill()
+            command.communicate()
+            kills -= 1
+    finally:
+        end.set()
+        life.join()
+
+
+@pytest.fixture(scope="module", name="made")
+def made_once(tmp_path_factory):
+    plant = Plant(tmp_path_factory.mktemp("made"))
+    plant.make(COUNT)
+    return plant.folder
+
+
+@pytest.fixture
+def plant(made, tmp_path):
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    return Plant(tmp_path)
+
+
+def test_every_machine_ends_with_a_better_signed_model(plant):
+    plant.set_without([f"m{k:03}" for k in range(12, COUNT)])
+    boxes = {name: box for name, box in plant.boxes().items() if name < "m012"}
+    code, out = run(plant, boxes)
+    assert code == 0 and out.endswith("done\n"), out
+    assert plant.state()["stages"] == [1, 2, 12]
+    for name, box in boxes.items():
+        assert box.taken == [8] and box.rms_um() < 1.0, name  # the old model leaves 4 to 6
+        entry = plant.entry("machines", name)
+        assert (entry["revision"], entry["candidate"]) == (8, None)
+        model = plant.entry("models", entry["model"])
+        assert [one["revision"] for one in model["signed"]] == [8] and model["parent"]
+        file = (plant.folder / "boxes" / name / "coefficients.json").read_bytes()
+        assert Registry(plant.folder / "registry").get(model["signed"][0]["file"]) == file
+    assert "no machine has a better candidate" in plant.good(*ROLLOUT)
+
+
+def test_a_killed_command_goes_on(plant):
+    plant.set_without([f"m{k:03}" for k in range(12, COUNT)])
+    boxes = {name: box for name, box in plant.boxes().items() if name < "m012"}
+    code, out = run(plant, boxes, kills=8)
+    assert code == 0 and out.endswith(("done\n", "no machine has a better candidate\n")), out
+    assert all(box.taken == [8] and box.rms_um() < 1.0 for box in boxes.values())
+    assert all(plant.entry("machines", name)["revision"] == 8 for name in boxes)
+
+
+class Killed(BaseException):
+    pass
+
+
+class LiveFolder(links.Folder):
+    """A folder whose boxes live in each poll. At the n-th writing of the command it dies: with an odd n before the file
+    has its name, else after that."""
+
+    def __init__(self, folder, boxes, kill_at, monkeypatch):
+        super().__init__(folder, 0)
+        self.boxes, self.kill_at, self.writes, self.counts = boxes, kill_at, 0, True
+        replace = os.replace
+
+        def counted(*paths):
+            self.writes += self.counts
+            if self.counts and self.writes == self.kill_at and self.kill_at % 2:
+                raise Killed
+            replace(*paths)
+            if self.counts and self.writes == self.kill_at:
+                raise Killed
+        monkeypatch.setattr("fleet.registry.os.replace", counted)
+
+    def poll(self):
+        self.counts = False
+        for box in self.boxes.values():
+            box.turn()
+        self.counts = True
+        return super().poll()
+
+
+def test_a_kill_at_each_writing(plant, monkeypatch):
+    """A roll-out to two machines, of which one has a wrong record, is killed at its first, second … writing. Called
+    again, it ends as the one that was not killed."""
+    keep = ("m000", POISONED[0])
+    plant.set_without([f"m{k:03}" for k in range(COUNT) if f"m{k:03}" not in keep])
+    shutil.copytree(plant.folder / "registry", plant.folder / "before")
+    kill_at, ended, last = 1, {}, 10**6
+    while kill_at <= last + 1:
+        shutil.rmtree(plant.folder / "registry")
+        shutil.copytree(plant.folder / "before", plant.folder / "registry")
+        for name in keep:
+            shutil.rmtree(plant.folder / "boxes" / name)
+            write_file(plant.folder / "boxes" / name / "coefficients.json", (plant.folder / "old.json").read_bytes())
+        registry, boxes = Registry(plant.folder / "registry"), {name: plant.boxes()[name] for name in keep}
+        for kill in (kill_at, 0):
+            with monkeypatch.context() as patch:
+                link = LiveFolder(plant.folder / "boxes", boxes, kill, patch)
+                state = site.unfinished(registry)
+                if state is None:
+                    offers, _ = site.offers(registry, [])
+                    state = rollout.begun(offers, "m000") if offers else None
+                try:
+                    if state:
+                        site.Runner(registry, state, link, plant.folder / "plant.key", 0.1).run(60, lambda _: None)
+                    last = min(last, link.writes + kill_at) if kill else last
+                except Killed:
+                    pass
+        entries = [registry.read("machines", name) for name in keep]
+        ended[kill_at] = [(one["model"], one["revision"], one["candidate"]) for one in entries]
+        assert [box.taken for box in boxes.values()] == [[8, 9], [8, 9]], kill_at
+        kill_at += 1 if cli.LONG else 5  # before and after a writing in turn
+    assert len(ended) >= 5 and len({json.dumps(one) for one in ended.values()}) == 1, ended
+
+
+def test_poisoned_records_stop_at_the_canary(plant):
+    boxes = plant.boxes()
+    code, out = run(plant, boxes)
+    assert code == 1 and "the roll-out was halted: m" in out, out
+    seen = [name for name, box in boxes.items() if box.taken]
+    assert len(seen) == 1 and seen[0] in POISONED  # 1 % of the machines
+    assert boxes[seen[0]].taken == [8, 9]
+    assert json.loads(boxes[seen[0]].place.read_text()) == {**json.loads((plant.folder / "old.json").read_text()),
+                                                            "revision": 9}
+    entry = plant.entry("machines", seen[0])
+    assert entry["revision"] == 9 and len(entry["rejected"]) == 1
+    before = entry["model"]
+    assert plant("fleet", "train", seen[0]).returncode == 0  # the job is known, its model stays rejected
+    assert plant.entry("machines", seen[0])["candidate"] is None
+    assert plant.entry("machines", seen[0])["model"] == before
+
+
+def test_a_poisoned_model_stops_at_the_canary(plant):
+    """All candidates are replaced by one with the wrong sign, which promises the same."""
+    registry = Registry(plant.folder / "registry")
+    for name in registry.names("machines"):
+        entry = registry.read("machines", name)
+        model = registry.read("models", entry["candidate"])
+        text = json.loads(registry.get(entry["candidate"]))
+        bank = next(one for one in text["terms"] if "bank" in one)["bank"]
+        bank["weights"] = [[-w for w in row] for row in bank["weights"]]
+        poisoned = registry.put(json.dumps(text).encode(), "json")
+        registry.write("models", poisoned, model)
+        registry.write("machines", name, {**entry, "candidate": poisoned})
+    plant.set_without(POISONED)
+    boxes = {name: box for name, box in plant.boxes().items() if name not in POISONED}
+    code, out = run(plant, boxes)
+    assert code == 1 and "exceeds" in out, out
+    assert [box.taken for box in boxes.values() if box.taken] == [[8, 9]]
+
+
+def test_a_box_that_is_away_catches_up(plant):
+    plant.set_without([f"m{k:03}" for k in range(30, COUNT)])
+    boxes = {name: box for name, box in plant.boxes().items() if name < "m030" and name not in POISONED}
+    plant.set_without([name for name in POISONED if name < "m030"])
+    away = boxes.pop(sorted(boxes)[-1])
+    code, out = run(plant, boxes, "--wait", "3", "--canary", "m000")
+    assert code == 0 and "not over" in out, out
+    assert plant.state()["machines"][away.folder.name]["state"] == "sent" and not away.taken
+    assert {part["state"] for part in plant.state()["machines"].values()} == {"good", "sent"}
+    code, out = run(plant, {away.folder.name: away})
+    assert code == 0 and out.endswith("done\n") and away.taken == [8]
+
+
+def test_the_boxes_compute_what_compbox_computes(plant):
+    file = json.loads((plant.folder / "old.json").read_text())
+    pairs = [(20 + k % 5, 21 + k % 3) for k in range(24)]
+    rows = "".join(f"{600 * k},0,0,{one},{other},0,0\n" for k, (one, other) in enumerate(pairs))
+    plant.write("in.csv", "time_s,X,Z,T1,T2,probe_x,probe_x_n\n" + rows)
+    plant.good("eval", "old.json", "--inputs", "in.csv", "--raw", "-o", "out.csv")
+    assert plant.table("out.csv")["error_X_um"] == pytest.approx(bank_um(file, pairs, 600), abs=0.1)
+
+
+def test_stages():
+    assert [rollout.stages_of(count) for count in (1, 5, 40, 1000)] == [[1], [1, 5], [1, 4, 40], [1, 10, 100, 1000]]
+
+
+def test_a_candidate_that_promises_no_less_stays(plant):
+    registry = Registry(plant.folder / "registry")
+    entry = registry.read("machines", "m003")
+    model = registry.read("models", entry["candidate"])
+    registry.write("models", entry["candidate"], {**model, "forecast_um": {"x": 50.0}})
+    offers, left = site.offers(registry, ["m004"])
+    assert list(left) == ["m003"] and len(offers) == COUNT - 2
+
+
+@pytest.fixture(name="arrived")
+def signed_file(plant):
+    """(a payload that is in order, keys, place of the running file)"""
+    text = rollout.with_revision((plant.folder / "old.json").read_text(), 8)
+    signature = signing.signed(text, plant.folder / "plant.key", "machine m000 revision 8")
+    return text, signature, plant.folder / "keys", plant.folder / "boxes/m000/coefficients.json"
+
+
+def payload(text, signature):
+    return json.dumps({"file": text, "signature": signature}).encode()
+
+
+def test_a_box_takes_what_is_in_order(arrived):
+    text, signature, keys, place = arrived
+    assert receiving.take(payload(text, signature), keys, place) == 8
+    assert place.read_text() == text and pathlib.Path(f"{place}.minisig").read_text() == signature
+    assert receiving.take(payload(text, signature), keys, place) is None
+
+
+def test_a_box_refuses(arrived, plant):
+    text, signature, keys, place = arrived
+    before = place.read_bytes()
+
+    def refusal(*words):
+        with pytest.raises(FleetError) as error:
+            receiving.take(words[0] if len(words) == 1 else payload(*words), keys, place)
+        assert place.read_bytes() == before
+        return str(error.value)
+
+    dice = random.Random(4)
+    for _ in range(20):
+        at = dice.randrange(len(text))
+        assert "no enrolled key has signed" in refusal(text[:at] + chr(ord(text[at]) ^ 1) + text[at + 1:], signature)
+    assert "no enrolled key has signed" in refusal(text, "")
+    assert "has no file and signature" in refusal(b"{}")
+    assert "has no file and signature" in refusal(b"\xff")
+    place.write_text(rollout.with_revision(text, 9))
+    before = place.read_bytes()
+    assert "revision 8 is older than the running 9" in refusal(text, signature)
+    place.write_text(text.replace('"name": "machine"', '"name": "other"', 1))
+    before = place.read_bytes()
+    assert "the file is of machine, not of other" in refusal(text, signature)
+    shutil.rmtree(keys)
+    keys.mkdir()
+    assert "has no key NAME.pub" in refusal(text, signature)
