@@ -30,6 +30,7 @@ constexpr const char *fleet_example =
   running   Keep the file that a box runs, to return to
   rollout   Bring better models to the boxes, in stages
   receive   On a box: take signed files that arrive
+  report    Write a page about the fleet, with pictures
 
 Example:
   compbox fleet status --registry plant)";

@@ -4,10 +4,11 @@
 import argparse
 import json
 import os
+import pathlib
 import shlex
 import sys
 
-from . import engines, links, machines, receiving, rollout, site, training
+from . import engines, links, machines, receiving, report, rollout, site, training
 from .errors import FleetError
 from .registry import Registry, read_json, write_file
 
@@ -166,6 +167,11 @@ def run_receive(arguments):
         receiving.from_broker(broker_of(arguments, ("file",)), arguments.keys, arguments.output)
 
 
+def run_report(arguments):
+    page = report.page(Registry(arguments.registry))
+    write_file(pathlib.Path(arguments.output), page.encode())
+
+
 def add_link(command, folder, prefix):
     """Options of a link: a folder or a broker."""
     way = command.add_mutually_exclusive_group(required=True)
@@ -199,6 +205,8 @@ def add_rollout(add):
     command.add_argument("-o", "--output", required=True, metavar="F.json", help="file that compboxd runs")
     command.add_argument("--once", action="store_true", help="look once, with --folder")
     add_link(command, "folder of this machine", "topic of this machine, as compbox/lathe-3")
+    command = add("report", run_report, "Write a page about the fleet, with pictures", "-o fleet.html")
+    command.add_argument("-o", "--output", required=True, metavar="F.html", help="page to write")
 
 
 def add_training(add):

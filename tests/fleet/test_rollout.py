@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Roll-outs of `compbox fleet` to simulated boxes in a folder: stages, halt and return, poison, a killed command."""
 
+import html.parser
 import json
 import os
 import pathlib
@@ -77,6 +78,53 @@ def test_every_machine_ends_with_a_better_signed_model(plant):
         file = (plant.folder / "boxes" / name / "coefficients.json").read_bytes()
         assert Registry(plant.folder / "registry").get(model["signed"][0]["file"]) == file
     assert "no machine has a better candidate" in plant.good(*ROLLOUT)
+    check_page(plant, boxes)
+
+
+class Page(html.parser.HTMLParser):
+    """Rows of the tables, and numbers of SVG elements; each tag must be closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.rows, self.shapes = [], [], {}
+        self.feed(text)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        self.shapes[tag] = self.shapes.get(tag, 0) + 1
+        if tag == "tr":
+            self.rows.append([])
+        if tag != "meta":
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attributes):
+        self.shapes[tag] = self.shapes.get(tag, 0) + 1
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1].append(data)
+
+
+def check_page(plant, boxes):
+    """The report of a roll-out that is done: each machine's figures are those of its probes."""
+    plant.fleet("report", "-o", "fleet.html")
+    text = (plant.folder / "fleet.html").read_text()
+    page = Page(text)
+    assert "http" not in text and page.shapes["svg"] == 2 and page.shapes["circle"] == 2 * len(boxes)
+    assert page.shapes["rect"] == 20  # before and after of the worst ten
+    worst, every = page.rows[1:11], page.rows[12:]
+    assert [row[0] for row in every] == sorted(boxes)
+    after = [float(row[2]) for row in worst]
+    assert after == sorted(after, reverse=True) and after[0] == max(float(row[2]) for row in every)
+    for name, before, after, bound, state in every:
+        seen = plant.state()["machines"][name]["seen_um"]["x"]
+        assert float(after) == pytest.approx((sum(um * um for um in seen) / len(seen)) ** 0.5, abs=0.006)
+        assert float(before) > float(bound) > float(after) and state == "good"
+    plant.fleet("report", "-o", "again.html")
+    assert (plant.folder / "again.html").read_text() == text
 
 
 def test_a_killed_command_goes_on(plant):
