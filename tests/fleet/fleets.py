@@ -82,6 +82,10 @@ class Plant(Fleet):
     """Machines whose boxes run an old model, each with a record of its wear and a candidate."""
 
     def make(self, count):
+        self.prepare(count)
+        self.train_all(count)
+
+    def prepare(self, count):
         (self.folder / "keys").mkdir()
         subprocess.run(["minisign", "-G", "-W", "-p", "keys/plant.pub", "-s", "plant.key"], cwd=self.folder, check=True,
                        capture_output=True)
@@ -101,6 +105,9 @@ class Plant(Fleet):
             site.add_running(registry, name, self.folder / "old.json")
             place = self.folder / "boxes" / name / "coefficients.json"
             write_file(place, (self.folder / "old.json").read_bytes())
+
+    def train_all(self, count):
+        registry = Registry(self.folder / "registry")
         rows = training.plan(registry, [], True)
         ended = training.train(registry, rows, engines.dask(None, 2), lambda *_: None)
         assert len(ended["trained"]) == count

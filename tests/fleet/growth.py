@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: MIT
+"""Measures what a fleet costs the site, for 10, 100 and 1000 simulated machines in compressed time; computes the rest.
+  growth.py [--machines 10,100,1000] [--write PAGE]     three records of each fleet are poisoned"""
+
+import argparse
+import pathlib
+import sys
+import tempfile
+import time
+
+from fleets import POISONED, Plant
+from fleet import links, machines, rollout, site
+from fleet.registry import Registry
+
+PROBE_S, PERIOD_S, VALUES, BYTES_OF_SAMPLE = 1800, 10, 30, 16
+MESSAGE_BYTES = (194, 2200)  # of `values`: docs/uplink.md
+
+
+class Boxes(links.Folder):
+    """Boxes that live in each poll; boxes_s is their time."""
+
+    def __init__(self, plant, boxes):
+        super().__init__(plant.folder / "boxes", 0)
+        self.boxes, self.boxes_s = boxes, 0.0
+
+    def poll(self):
+        began = time.monotonic()
+        for box in self.boxes.values():
+            box.turn()
+        self.boxes_s += time.monotonic() - began
+        return super().poll()
+
+
+def rolled_out(plant, registry, boxes, without):
+    """out: (state at the end, the site's own time, s)"""
+    link, began = Boxes(plant, boxes), time.monotonic()
+    offers, left = site.offers(registry, without)
+    assert not left
+    runner = site.Runner(registry, rollout.begun(offers), link, plant.folder / "plant.key", 0.1)
+    state = runner.run(1200, lambda _: None)
+    return state, time.monotonic() - began - link.boxes_s
+
+
+def measured(count):
+    """out: figures of a fleet of so many machines"""
+    with tempfile.TemporaryDirectory() as name:
+        plant, spent = Plant(pathlib.Path(name)), {"records_s": 0.0}
+        real = machines.add_record
+
+        def timed(*words):
+            began = time.monotonic()
+            real(*words)
+            spent["records_s"] += time.monotonic() - began
+        machines.add_record = timed
+        try:
+            plant.prepare(count)
+        finally:
+            machines.add_record = real
+        began = time.monotonic()
+        plant.train_all(count)
+        spent["train_s"] = time.monotonic() - began
+        registry, boxes = Registry(plant.folder / "registry"), plant.boxes()
+        poisoned = [one for one in POISONED if one in boxes]
+        if poisoned:
+            state, _ = rolled_out(plant, registry, boxes, [])
+            assert state["state"] == "halted"
+        spent["saw_poison"] = sum(bool(box.taken) for box in boxes.values())
+        state, spent["rollout_s"] = rolled_out(plant, registry, boxes, poisoned)
+        spent["better"] = sum(part["state"] == "good" for part in state["machines"].values())
+        spent["returned"] = sum(part["state"] == "returned" for part in state["machines"].values())
+        unchanged = [box for box in boxes.values() if not box.taken or len(box.taken) == 2]
+        assert state["state"] == "done" and spent["better"] + len(unchanged) == count
+        files = [path for path in (plant.folder / "registry").rglob("*") if path.is_file()]
+        spent["registry_mb"] = sum(path.stat().st_size for path in files) / 1e6
+        return {**spent, "stages": len(state["stages"])}
+
+
+def number(value):
+    """out: two digits, and whole numbers as they are"""
+    if isinstance(value, int):
+        return str(value)
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:g}" if rounded < 1e4 else f"{rounded:.0f}"
+
+
+def page_of(counts, found):
+    """out: the page. in: numbers of machines, and what measured() found for them"""
+    columns = [*counts, 100_000]
+    last = found[counts[-1]]
+    scale = columns[-1] / counts[-1]
+    rows = [("poisoned records, machines that saw one of their models", "saw_poison", None),
+            ("machines with a better model afterwards", "better", None),
+            ("machines that returned to their own by themselves", "returned", None),
+            ("taking a record of 3 days each, s", "records_s", scale), ("training with 2 workers, s", "train_s", scale),
+            ("the site's work for the roll-out, s", "rollout_s", scale), ("registry, MB", "registry_mb", scale)]
+    names = [f"{count:,}".replace(",", " ") for count in columns]
+    lines = ["| | " + " | ".join(names) + " |", "|---" * (len(columns) + 1) + "|"]
+    for text, key, factor in rows:
+        cells = [number(found[count][key]) for count in counts]
+        cells.append(f"*{number(last[key] * factor)}*" if factor else "–")
+        lines.append(f"| {text} | " + " | ".join(cells) + " |")
+    for text, of in (
+            ("`values` a second", lambda n: n / PERIOD_S),
+            ("GB a day through the broker, small and large `values`",
+             lambda n: [n * 86400 / PERIOD_S * size / 1e9 for size in MESSAGE_BYTES]),
+            (f"GB a year of {VALUES} values, every 10 s", lambda n: n * VALUES * BYTES_OF_SAMPLE * 3153600 / 1e9),
+            ("the same, means of 5 min", lambda n: n * VALUES * BYTES_OF_SAMPLE * 105120 / 1e9),
+            ("the same, means of an hour", lambda n: n * VALUES * BYTES_OF_SAMPLE * 8760 / 1e9),
+            ("hours of a roll-out with a probe every 30 min",
+             lambda n: len(rollout.stages_of(n)) * (rollout.PROBES + 1) * PROBE_S / 3600)):
+        cells = [of(count) for count in columns]
+        cells = [" to ".join(map(number, one)) if isinstance(one, list) else number(one) for one in cells]
+        lines.append(f"| {text} | " + " | ".join(f"*{one}*" for one in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+HEAD = """# Results: growth of a fleet
+
+`scripts/report fleet-growth --write` makes this page. Numbers in italics are computed, the others are measured on one
+computer with two processors that other work shared. Machines are simulated in compressed time: a record of three days
+each, a worn machine, an old model that leaves 5 µm and a candidate. Of fleets with 100 machines and more three have
+poisoned records: a probe that is wrong by 30 µm.
+
+"""
+TAIL = """
+- A sample is 16 bytes: time and value without compression. A time-series database takes less.
+- Hours of a roll-out are those of eight probes and one reference in each stage. The site's work comes on top.
+- The state of a roll-out is one file, written at each change: about half a kilobyte for each machine. With 100 000
+  machines this file alone is 50 MB, so roll out by plant or by type.
+- A machine that returned by itself had a residual above its bound in its eight probes; its old model runs on.
+- These runs have no broker and no database. Where one broker ends, bridge brokers by plant: the topics are separate by
+  machine. Where one database ends, use its cluster. For more training use a Dask scheduler or the Slurm array: jobs are
+  independent.
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description="what a fleet costs the site")
+    parser.add_argument("--machines", default="10,100,1000")
+    parser.add_argument("--write", metavar="PAGE")
+    arguments = parser.parse_args()
+    counts, found = [int(one) for one in arguments.machines.split(",")], {}
+    for count in counts:
+        found[count] = measured(count)
+        print(count, found[count], file=sys.stderr, flush=True)
+    text = page_of(counts, found)
+    if arguments.write:
+        pathlib.Path(arguments.write).write_text(HEAD + text + TAIL)
+    print(text, end="")
+
+
+if __name__ == "__main__":
+    main()
