@@ -7,10 +7,11 @@ A link has send(name, payload), poll() → [(name, revision, signals)] and close
 import json
 import pathlib
 import queue
+import ssl
 import time
 
 from .errors import FleetError
-from .registry import write_file
+from .registry import read_bytes, write_file
 
 
 def payload_of(text, signature):
@@ -78,25 +79,35 @@ class Mqtt:
         except ImportError as error:
             raise FleetError("the MQTT client is missing; install the package python3-paho-mqtt") from error
         self.prefix, self.every_s, self.revisions, self.messages = prefix, every_s, {}, queue.SimpleQueue()
-        self.client = mqtt.Client()
+        self.client, self.joined = mqtt.Client(), queue.SimpleQueue()
+        host, _, port = broker.rpartition(":")
+        if login and not authority and host not in ("localhost", "127.0.0.1", "[::1]"):
+            raise FleetError(f"{broker}: a login at another computer needs --mqtt-ca, because others could read it")
         if login:
             self.client.username_pw_set(*login)
         if authority:
+            read_bytes(authority)
             self.client.tls_set(authority)
         self.retained = {}
         self.client.on_connect = self._connected
         self.client.on_message = lambda _, __, message: self.messages.put((message.topic, message.payload))
         self.topics = [f"{prefix}/{topic}" for topic in follow]
-        host, _, port = broker.rpartition(":")
         self.client.reconnect_delay_set(1, 30)
         try:
-            self.client.connect(host, int(port))
-        except (OSError, ValueError) as error:
+            self.client.connect(host.strip("[]"), int(port))
+            self.client.loop_start()
+            refused = self.joined.get(timeout=10)
+        except ssl.SSLError as error:
+            raise FleetError(f"{broker}: TLS failed: {error.reason}") from error
+        except (OSError, ValueError, queue.Empty) as error:
             raise FleetError(f"{broker}: no MQTT broker answers at this HOST:PORT") from error
-        self.client.loop_start()
+        if refused:
+            self.close()
+            raise FleetError(f"{broker}: {mqtt.connack_string(refused)}")
 
-    def _connected(self, client, *_):
+    def _connected(self, client, _, __, refused):
         """Each time: a broker that was away may have lost subscriptions and what it retained."""
+        self.joined.put(refused)
         client.subscribe([(topic, 1) for topic in self.topics])
         for topic, payload in list(self.retained.items()):
             client.publish(topic, payload, qos=1, retain=True)

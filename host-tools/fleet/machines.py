@@ -52,7 +52,7 @@ def add_record(registry, name, path):
 def add_snapshot(registry, name, path):
     """Keeps of a box's snapshot what judges its model; an older one than the kept one changes nothing."""
     entry, snapshot = registry.read("machines", name), read_json(path)
-    if not isinstance(snapshot, dict) or snapshot.get("snapshot") != 1:
+    if not isinstance(snapshot, dict) or snapshot.get("snapshot") != 1 or "unix_s" not in snapshot:
         raise FleetError(f"{path}: is no snapshot of compboxd")
     if entry["snapshot"] and entry["snapshot"]["unix_s"] >= snapshot["unix_s"]:
         return

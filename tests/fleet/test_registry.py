@@ -88,6 +88,8 @@ def test_refusals(plant, twin):
         "registry: machines has no lathe-2 (it has lathe-1)"
     assert plant.refusal("record", "lathe-1", "none.csv") == "none.csv: No such file or directory"
     assert "is no machine file" in plant.refusal("add", "a", "registry/registry.json", *ADD)
+    assert plant.refusal("snapshot", "lathe-1", "machine.json") == "machine.json: is no snapshot of compboxd"
+    assert plant.refusal("report", "-o", "machine.json/page.html").startswith("machine.json: ")
     assert "has other files" in plant.refusal("add", "a", "machine.json", *ADD, "--registry", ".")
     plant.add_record("lathe-1", twin, 1)
     plant.fleet("add", "lathe-2", "machine.json", *ADD)
