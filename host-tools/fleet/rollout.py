@@ -16,7 +16,7 @@ from .residuals import figures
 
 PROBES = 8  # of each kind before a machine is judged
 WORSE = 1.5  # times the residual before the roll-out: more is no better model, whatever the forecast says
-JUDGED = 0.9  # of a stage must be judged before the next one begins: boxes may be away
+AWAY = 0.1  # of a stage, and one machine at least, may be away when the next one begins; the canary may not
 
 
 def with_revision(text, revision):
@@ -122,7 +122,7 @@ def _advance(state, group):
     last = state["stage"] == len(state["stages"]) - 1
     if last and judged == len(group):
         state["state"] = "done"
-    elif not last and judged >= (JUDGED if state["stage"] else 1) * len(group):
+    elif not last and len(group) - judged <= (max(1, AWAY * len(group)) if state["stage"] else 0):
         state["stage"] += 1
         _advance(state, [state["machines"][name] for name in state["order"][:state["stages"][state["stage"]]]])
 
