@@ -106,10 +106,10 @@ class Plant(Fleet):
             place = self.folder / "boxes" / name / "coefficients.json"
             write_file(place, (self.folder / "old.json").read_bytes())
 
-    def train_all(self, count):
+    def train_all(self, count, address=None):
         registry = Registry(self.folder / "registry")
         rows = training.plan(registry, [], True)
-        ended = training.train(registry, rows, engines.dask(None, 2), lambda *_: None)
+        ended = training.train(registry, rows, engines.dask(address, 2), lambda *_: None)
         assert len(ended["trained"]) == count
 
     def boxes(self, truth=WORN):

@@ -4,13 +4,16 @@
 
 import argparse
 import pathlib
+import random
 import sys
 import tempfile
+import threading
 import time
 
 from fleets import POISONED, Plant
 from fleet import links, machines, rollout, site
 from fleet.registry import Registry
+from test_training import scheduler, workers_below
 
 PROBE_S, PERIOD_S, VALUES, BYTES_OF_SAMPLE = 1800, 10, 30, 16
 MESSAGE_BYTES = (194, 2200)  # of `values`: docs/uplink.md
@@ -41,6 +44,24 @@ def rolled_out(plant, registry, boxes, without):
     return state, time.monotonic() - began - link.boxes_s
 
 
+def trained(plant, count, kills):
+    """Trains with a scheduler and two workers, of which one is killed whenever a part of the jobs is done. out: s"""
+    dice, killed, models = random.Random(count), 0, plant.folder / "registry/models"
+    with tempfile.TemporaryDirectory() as name, scheduler(pathlib.Path(name), 2, 0) as (address, above):
+        began = time.monotonic()
+        training = threading.Thread(target=plant.train_all, args=(count, address))
+        training.start()
+        while training.is_alive():
+            time.sleep(0.02)
+            workers = workers_below(above)
+            if killed < kills and workers and len(list(models.glob("*"))) > (killed + 0.5) * count / kills:
+                dice.choice(workers).kill()
+                killed += 1
+        training.join()
+        assert killed == kills and len(list(models.glob("*"))) == count + 1  # and that which runs
+        return time.monotonic() - began
+
+
 def measured(count):
     """out: figures of a fleet of so many machines"""
     with tempfile.TemporaryDirectory() as name:
@@ -56,9 +77,8 @@ def measured(count):
             plant.prepare(count)
         finally:
             machines.add_record = real
-        began = time.monotonic()
-        plant.train_all(count)
-        spent["train_s"] = time.monotonic() - began
+        spent["killed"] = count // 100
+        spent["train_s"] = trained(plant, count, spent["killed"])
         registry, boxes = Registry(plant.folder / "registry"), plant.boxes()
         poisoned = [one for one in POISONED if one in boxes]
         if poisoned:
@@ -91,7 +111,9 @@ def page_of(counts, found):
     rows = [("poisoned records, machines that saw one of their models", "saw_poison", None),
             ("machines with a better model afterwards", "better", None),
             ("machines that returned to their own by themselves", "returned", None),
-            ("taking a record of 3 days each, s", "records_s", scale), ("training with 2 workers, s", "train_s", scale),
+            ("taking a record of 3 days each, s", "records_s", scale),
+            ("workers killed in the training", "killed", None),
+            ("training with 2 workers, s", "train_s", scale),
             ("the site's work for the roll-out, s", "rollout_s", scale), ("registry, MB", "registry_mb", scale)]
     names = [f"{count:,}".replace(",", " ") for count in columns]
     lines = ["| | " + " | ".join(names) + " |", "|---" * (len(columns) + 1) + "|"]
@@ -119,7 +141,7 @@ HEAD = """# Results: growth of a fleet
 `scripts/report fleet-growth --write` makes this page. Numbers in italics are computed, the others are measured on one
 computer with two processors that other work shared. Machines are simulated in compressed time: a record of three days
 each, a worn machine, an old model that leaves 5 µm and a candidate. Of fleets with 100 machines and more three have
-poisoned records: a probe that is wrong by 30 µm.
+poisoned records: a probe that is wrong by 30 µm. Workers of a Dask scheduler are killed while they train.
 
 """
 TAIL = """

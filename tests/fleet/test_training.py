@@ -116,11 +116,11 @@ def workers_below(process):
 
 
 @contextlib.contextmanager
-def scheduler(folder, workers):
-    """A scheduler and workers as Dask's documentation starts them; compbox takes 0.2 s longer there. out: (address,
+def scheduler(folder, workers, longer_s=0.2):
+    """A scheduler and workers as Dask's documentation starts them; compbox takes a while longer there. out: (address,
     the process above the workers)"""
     slow = folder / "compbox"
-    slow.write_text(f'#!/bin/sh\n[ "$1" = train ] && sleep 0.2\nexec {cli.BIN}/compbox "$@"\n')
+    slow.write_text(f'#!/bin/sh\n[ "$1" = train ] && sleep {longer_s}\nexec {cli.BIN}/compbox "$@"\n')
     slow.chmod(0o755)
     address = f"tcp://127.0.0.1:{free_port()}"
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "COMPBOX"))}
