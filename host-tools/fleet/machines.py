@@ -108,7 +108,8 @@ def status_text(rows):
     for row in sorted(rows, key=lambda one: not one["drifts"]):
         residual = max((one["rms_um"] for one in row["measured"].values() if one["rms_um"] is not None), default=None)
         bound = max((2 * sigma for sigma in row["forecast_um"].values()), default=None)
-        said = "; ".join(row["findings"]) or ("good" if row["records"] else "no record")
+        missing = "no record" if not row["records"] else "no model" if not row["model"] else "good"
+        said = "; ".join(row["findings"]) or missing
         lines.append(f"{row['machine']:<24}{row['type']:<12}{(row['model'] or '-')[:8]:<10}{row['records']:>8}"
                      f"{_um(residual):>10}{_um(bound):>9}  {said}")
     lines.append(f"{sum(row['drifts'] for row in rows)} of {len(rows)} machines drift")

@@ -173,11 +173,12 @@ def test_no_scheduler(plant, twin):
 def test_a_machine_that_drifts_is_due_again(plant):
     worn = Twin(3)
     plant.add_lathe("worn", worn)
+    assert "  no model\n" in plant.fleet("status")
     plant.fleet("train", "--workers", 1)
     registry = plant.folder / "registry/machines/worn.json"
     entry = json.loads(registry.read_text())
     registry.write_text(json.dumps({**entry, "model": entry["candidate"]}))
     plant.add_record("worn", worn, 2, compensated=TRUTH)
-    assert plant.fleet("plan") == "0 of 0 jobs to do\n"
+    assert plant.fleet("plan") == "0 of 0 jobs to do\n" and "  good\n" in plant.fleet("status")
     plant.add_record("worn", worn, 2, compensated=TRUTH, shift_um=5)
     assert "residual 5." in plant.fleet("plan") and "1 of 1 jobs to do" in plant.fleet("plan")
