@@ -117,7 +117,7 @@ class Plant(Fleet):
         return {one.name: Box(one, Twin(int(one.name[1:]), truth), self.folder / "keys") for one in folders}
 
     def state(self):
-        [path] = (self.folder / "registry/rollouts").iterdir()
+        [path] = (self.folder / "registry/rollouts").glob("*.json")  # and none that is being written
         return json.loads(path.read_text())
 
     def set_without(self, names):
