@@ -5,6 +5,7 @@ A folder (a share of the plant, or a stick) does what a broker does: DIR/NAME/fi
 A link has send(name, payload), poll() → [(name, revision, signals)] and close()."""
 
 import json
+import math
 import pathlib
 import queue
 import ssl
@@ -18,6 +19,10 @@ def payload_of(text, signature):
     return json.dumps({"file": text, "signature": signature})
 
 
+def _is_number(value):
+    return isinstance(value, (int, float)) and math.isfinite(value)
+
+
 class Residuals:
     """Makes residuals of the signals of boxes: a new count of probe_NAME_n is a new probe. The first count of a
     revision is a reference."""
@@ -26,15 +31,17 @@ class Residuals:
         self.running, self.last = {}, {}
 
     def feed(self, name, revision, signals):
-        """out: [(probe, um)] that this report adds"""
+        """out: [(probe, um)] that this report adds. What is no number counts for nothing: a box may report anything."""
+        if not isinstance(revision, int) or not isinstance(signals, dict):
+            return []
         if self.running.get(name) != revision:
             self.running[name], self.last[name] = revision, {}
         found = []
         for count in (key for key in signals if key.startswith("probe_") and key.endswith("_n")):
             probe, value = count[6:-2].lower(), signals.get(count[:-2])
-            if signals[count] is None or value is None:
+            if not _is_number(signals[count]):
                 continue
-            if self.last[name].get(probe, signals[count]) != signals[count]:
+            if self.last[name].get(probe, signals[count]) != signals[count] and _is_number(value):
                 found.append((probe, value))
             self.last[name][probe] = signals[count]
         return found
@@ -59,7 +66,7 @@ class Folder:
                 if self.times.get(path) != changed:
                     snapshot = json.loads(path.read_text())
                     found.append((path.parent.name, snapshot["revision"],
-                                  {one["name"]: one["value"] for one in snapshot["signals"]}))
+                                  {str(one["name"]): one["value"] for one in snapshot["signals"]}))
                 self.times[path] = changed
             except (OSError, ValueError, KeyError, TypeError):
                 continue  # half copied: the next poll reads it again

@@ -77,7 +77,7 @@ def verdict(machine):
         return None
     for probe, values in sorted(seen.items()):
         rms, bound = figures(values)["rms_um"], machine["bound_um"][probe]
-        if rms > bound:
+        if not rms <= bound:
             return f"{probe}: residual {rms:.2f} um of {len(values)} probes exceeds {bound:.2f} um"
     return ""
 

@@ -268,6 +268,19 @@ def test_the_boxes_compute_what_compbox_computes(plant):
     assert plant.table("out.csv")["error_X_um"] == pytest.approx(bank_um(file, pairs, 600), abs=0.1)
 
 
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), "0.1", None, [0.1]])
+def test_what_is_no_number_is_no_probe(value):
+    residuals = links.Residuals()
+    for count in range(20):
+        assert residuals.feed("m000", 8, {"probe_x": value, "probe_x_n": count}) == []
+    assert residuals.feed("m000", 8, {"probe_x": 0.1, "probe_x_n": "20"}) == []
+    assert residuals.feed("m000", "8", {"probe_x": 0.1, "probe_x_n": 20}) == []
+    assert residuals.feed("m000", 8, ["probe_x"]) == []
+    assert residuals.feed("m000", 8, {"probe_x": 0.1, "probe_x_n": 21}) == [("x", 0.1)]
+    seen = {"bound_um": {"x": 1.0}, "seen_um": {"x": [float("nan")] * rollout.PROBES}}
+    assert rollout.verdict(seen)  # a machine passes by what was measured alone
+
+
 def test_stages():
     assert [rollout.stages_of(count) for count in (1, 5, 40, 1000)] == [[1], [1, 5], [1, 4, 40], [1, 10, 100, 1000]]
 
