@@ -11,12 +11,12 @@
 #include <ostream>
 #include <sstream>
 
+#include "host-tools/adaptation/adaptation.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/training/adaptation.h"
 #include "host-tools/training/train.h"
 
 namespace compbox {
@@ -31,7 +31,7 @@ struct train_arguments {
     std::vector<std::string> margins;  // "T*:3"
     double margin = -1.0;              // not given
     bool as_json = false, no_linear_path = false;
-    training::adapt_options adapt;
+    adaptation::adapt_options adapt;
 
     bool simulates_probes() const { return adapt.write || !adapt.intervals_min.empty(); }
 
@@ -104,9 +104,9 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     json fragment = training::fragment_of(result);
     std::string report = training::report_of(result);
     if (arguments.simulates_probes()) {
-        const auto adapted = training::adapt_outputs(result, arguments.adapt);
-        training::add_adapt_terms(fragment, adapted, result, arguments.adapt);
-        report += training::adapt_text(adapted, arguments.adapt);
+        const auto adapted = adaptation::adapt_outputs(result, arguments.adapt);
+        adaptation::add_adapt_terms(fragment, adapted, result, arguments.adapt);
+        report += adaptation::adapt_text(adapted, arguments.adapt);
     }
     formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
     io.out << (arguments.as_json ? formats::json_text(fragment) : report);
@@ -114,7 +114,7 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
 
 // Throws usage_error for options of probes without any probe, and for intervals that do not rise.
 void check_probes(const train_arguments &arguments) {
-    const training::adapt_options &adapt = arguments.adapt;
+    const adaptation::adapt_options &adapt = arguments.adapt;
     const auto &minutes = adapt.intervals_min;
     if (std::adjacent_find(minutes.begin(), minutes.end(), std::greater_equal<double>()) !=
         minutes.end()) {
@@ -307,7 +307,7 @@ void add_margins(cli::command &train, train_arguments &arguments) {
 
 // Options of simulated probes and of the terms that a probe adapts.
 void add_probes(cli::command &train, train_arguments &arguments) {
-    training::adapt_options &adapt = arguments.adapt;
+    adaptation::adapt_options &adapt = arguments.adapt;
     train
         .add_option("--simulate-probes M,M", adapt.intervals_min,
                     "Print what a probe every so many minutes would leave of the runs left out, "

@@ -38,7 +38,8 @@ host-tools/metrology      : formats
 host-tools/identification : formats algebra
 host-tools/fitting        : models base formats algebra metrology
 host-tools/test_report    : models base formats algebra metrology fitting
-host-tools/training       : models formats algebra
+host-tools/training       : formats algebra
+host-tools/adaptation     : models formats algebra training
 host-tools/sensors        : formats algebra training
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin
@@ -56,7 +57,7 @@ host-tools/uplink         : formats command_line
 host-tools/view           : models base wire config signals terms box formats command_line box_files uplink
 host-tools/watch          : formats command_line box_files
 host-tools/compbox        : models base wire config json signals terms box load hal formats command_line algebra \
-    metrology identification fitting test_report training sensors twin fakeplc coefficients export plc commission \
+    metrology identification fitting test_report training adaptation sensors twin fakeplc coefficients export plc commission \
     simulation watch
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/probing.h"
+#include "host-tools/adaptation/probing.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
 
-namespace compbox::training {
+namespace compbox::adaptation {
 
 namespace {
 
@@ -249,4 +249,4 @@ drift_rates estimate_drift(const error_series &series, const std::vector<double>
     return clamped(rates, known);
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::adaptation

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/adaptation.h"
+#include "host-tools/adaptation/adaptation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,9 @@
 #include "host-tools/formats/numbers.h"
 #include "host-tools/formats/probe_names.h"
 
-namespace compbox::training {
+namespace compbox::adaptation {
+
+using training::train_result;
 
 namespace {
 
@@ -429,4 +431,4 @@ std::string adapt_text(const std::vector<adapted_output> &adapted, const adapt_o
     return text;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::adaptation

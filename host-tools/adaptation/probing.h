@@ -10,7 +10,7 @@ extern "C" {
 #include "models/adapt.h"
 }
 
-namespace compbox::training {
+namespace compbox::adaptation {
 
 // One output over the rows of a record in order of time.
 struct error_series {
@@ -68,4 +68,4 @@ drift_rates estimate_drift(const error_series &series, const std::vector<double>
 // out: the value below which this share of the values lies; 0 of none
 double quantile(std::vector<double> values, double share);
 
-}  // namespace compbox::training
+}  // namespace compbox::adaptation

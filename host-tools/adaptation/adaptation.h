@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "host-tools/adaptation/probing.h"
 #include "host-tools/formats/json_type.h"
-#include "host-tools/training/probing.h"
 #include "host-tools/training/train.h"
 
-namespace compbox::training {
+namespace compbox::adaptation {
 
 struct adapt_options {
     bool write = false;                 // add the terms to the fragment
@@ -52,13 +52,14 @@ struct adapted_output {
 //      - gain_max: 0.1 to 0.5, half as much again as 99 % of the gains without bounds
 //      - step_max_um: the one that leaves least with right probes and with 5 % wrong ones
 // Throws input_error without a time, with fewer than 20 probes, and for names that do not fit.
-std::vector<adapted_output> adapt_outputs(const train_result &result, const adapt_options &options);
+std::vector<adapted_output> adapt_outputs(const training::train_result &result,
+                                          const adapt_options &options);
 
 // Appends the terms of type `adapt` and their findings to the fragment of `train`.
 void add_adapt_terms(json &fragment, const std::vector<adapted_output> &adapted,
-                     const train_result &result, const adapt_options &options);
+                     const training::train_result &result, const adapt_options &options);
 
 // The figures as a table for a person, with the settings and their reasons.
 std::string adapt_text(const std::vector<adapted_output> &adapted, const adapt_options &options);
 
-}  // namespace compbox::training
+}  // namespace compbox::adaptation

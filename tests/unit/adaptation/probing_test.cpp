@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Simulated probes: the box's filter over made errors whose drift is known.
-#include "host-tools/training/probing.h"
+#include "host-tools/adaptation/probing.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace compbox::training {
+namespace compbox::adaptation {
 namespace {
 
 constexpr double row_s = 300.0;
@@ -146,4 +146,4 @@ TEST(probing, quantiles) {
 }
 
 }  // namespace
-}  // namespace compbox::training
+}  // namespace compbox::adaptation
