@@ -9,12 +9,13 @@
 #include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/compbox/commands.h"
-#include "host-tools/compbox/drift_report.h"
 #include "host-tools/compbox/reading_arguments.h"
+#include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/test_report/conformity.h"
 #include "host-tools/test_report/cycle.h"
+#include "host-tools/test_report/drift_report.h"
 #include "host-tools/test_report/figures.h"
 #include "host-tools/test_report/gaps.h"
 #include "host-tools/test_report/page.h"
@@ -203,7 +204,9 @@ void run_report(const report_arguments &arguments, const cli::streams &io) {
     io.out << (arguments.as_json ? formats::json_text(report) : text_of(report));
 }
 
-// Throws usage_error for options of measurements beside --drift.
+// Reports periods and the day from which a model has drifted, as text, JSON and figure. Throws
+// usage_error for options of measurements beside --drift, input_error for a table without
+// residuals.
 void run_drift(const report_arguments &arguments, const cli::streams &io) {
     if (!arguments.after.empty() || !arguments.page.empty() || !arguments.limits.empty() ||
         !arguments.budget.empty()) {
@@ -211,12 +214,17 @@ void run_drift(const report_arguments &arguments, const cli::streams &io) {
                                "stands without --after, --page, --limit-um and --budget");
     }
     cli::different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
-    drift_arguments drift;
-    drift.table = arguments.before, drift.plot = arguments.plot, drift.output = arguments.output;
-    drift.as_json = arguments.as_json;
-    drift.options.reference = arguments.reference;
-    if (arguments.weekly) drift.options.period_s = 604800.0;
-    report_drift(drift, io);
+    metrology::drift_options options;
+    options.reference = arguments.reference;
+    if (arguments.weekly) options.period_s = 604800.0;
+    formats::csv_reading with_gaps;
+    with_gaps.gaps = true;
+    const auto drifts =
+        drifts_of(metrology::residuals_in(formats::read_csv(arguments.before, with_gaps)), options);
+    const std::string figures = formats::json_text(drift_figures(drifts, options));
+    if (!arguments.plot.empty()) plot_drifts(drifts, options, arguments.plot);
+    if (!arguments.output.empty()) formats::write_file(arguments.output, figures, &io.out);
+    io.out << (arguments.as_json ? figures : drift_text(drifts, options));
 }
 
 // Options of the drift of a model over months.

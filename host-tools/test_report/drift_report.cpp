@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/compbox/drift_report.h"
+#include "host-tools/test_report/drift_report.h"
 
 #include <fmt/core.h>
 
-#include <cmath>
-#include <ostream>
-#include <vector>
-
-#include "host-tools/formats/csv_reading.h"
-#include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/formats/plot.h"
 
-namespace compbox {
+namespace compbox::test_report {
 
 namespace {
 
@@ -109,32 +103,35 @@ void add_panel(std::string &data, std::string &panels, const residual_series &se
 
 }  // namespace
 
-void report_drift(const drift_arguments &arguments, const cli::streams &io) {
-    formats::csv_reading with_gaps;
-    with_gaps.gaps = true;
-    const formats::csv_table table = formats::read_csv(arguments.table, with_gaps);
-    const drift_options &options = arguments.options;
-    std::string text, data, panels;
-    json report;
-    const auto all = metrology::residuals_in(table);
-    for (const residual_series &series : all) {
-        const model_drift drift = metrology::drift_of(series, options);
-        text += table_of(series, drift, options);
-        report[series.name] = json_of(drift, options);
-        add_panel(data, panels, series, drift, options);
-    }
-    if (!arguments.plot.empty()) {
-        data += fmt::format(
-            "set multiplot layout {},1\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
-            "set grid lw 0.5 lc rgb '#dddddd'\nset xlabel '{}'\nset lmargin 10\n{}unset "
-            "multiplot\n",
-            all.size(), options.period_s > 86400.0 ? "week" : "day", panels);
-        formats::run_gnuplot(arguments.plot, data, 1000, 80 + 340 * static_cast<int>(all.size()));
-    }
-    if (!arguments.output.empty()) {
-        formats::write_file(arguments.output, formats::json_text(report), &io.out);
-    }
-    io.out << (arguments.as_json ? formats::json_text(report) : text);
+std::vector<series_drift> drifts_of(const std::vector<residual_series> &all,
+                                    const drift_options &options) {
+    std::vector<series_drift> drifts;
+    for (const auto &series : all) drifts.push_back({series, drift_of(series, options)});
+    return drifts;
 }
 
-}  // namespace compbox
+json drift_figures(const std::vector<series_drift> &all, const drift_options &options) {
+    json figures;
+    for (const auto &[series, drift] : all) figures[series.name] = json_of(drift, options);
+    return figures;
+}
+
+std::string drift_text(const std::vector<series_drift> &all, const drift_options &options) {
+    std::string text;
+    for (const auto &[series, drift] : all) text += table_of(series, drift, options);
+    return text;
+}
+
+void plot_drifts(const std::vector<series_drift> &all, const drift_options &options,
+                 const std::string &path) {
+    std::string data, panels;
+    for (const auto &[series, drift] : all) add_panel(data, panels, series, drift, options);
+    data += fmt::format(
+        "set multiplot layout {},1\nset border lw 0.8 lc rgb '#444444'\nset tics nomirror\n"
+        "set grid lw 0.5 lc rgb '#dddddd'\nset xlabel '{}'\nset lmargin 10\n{}unset "
+        "multiplot\n",
+        all.size(), options.period_s > 86400.0 ? "week" : "day", panels);
+    formats::run_gnuplot(path, data, 1000, 80 + 340 * static_cast<int>(all.size()));
+}
+
+}  // namespace compbox::test_report
