@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/compbox/commands.h"
 
+#include "host-tools/compbox/live/commands.h"
+
 namespace compbox {
 
 void add_computing_commands(cli::command &app) {
@@ -28,11 +30,11 @@ void add_computing_commands(cli::command &app) {
 void add_commands(cli::command &app) {
     add_computing_commands(app);
     add_simulate(app);
-    add_commission(app);
-    add_plc(app);
-    add_measured(app);
-    add_watch(app);
-    add_fleet(app);
+    live::add_commission(app);
+    live::add_plc(app);
+    live::add_measured(app);
+    live::add_watch(app);
+    live::add_fleet(app);
     app.set_help_all_flag("--help-all", "Help of every command");
 }
 

@@ -8,8 +8,8 @@
 namespace compbox {
 
 // Commands that read files, compute and write files, of which one is required. A scenario may run
-// them (simulation/tool_steps.h): no command that opens a network connection or a device belongs
-// here.
+// them (simulation/tool_steps.h): a command that opens a network connection or a device belongs
+// into live/.
 void add_computing_commands(cli::command &app);
 
 // All of them, of which one is required.
@@ -35,17 +35,5 @@ void add_eval(cli::command &app);
 void add_export(cli::command &app);
 void add_join(cli::command &app);
 void add_simulate(cli::command &app);
-void add_commission(cli::command &app);
-void add_measured(cli::command &app);
-void add_watch(cli::command &app);
-void add_plc(cli::command &app);
-void add_fleet(cli::command &app);  // its help; the work is that of run_fleet()
-
-// out: whether the words are `fleet COMMAND …`
-bool is_for_fleet(int argc, char **argv);
-
-// Becomes the Python package beside this program, share/compbox/fleet, with the words after
-// `fleet`. out: 1 if Python is missing; else it does not return
-int run_fleet(char **argv, const cli::streams &io);
 
 }  // namespace compbox

@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 
 // out: whether all output was written; true if stdout was closed before the start
 static bool is_printed(std::ostream &out) {
@@ -35,7 +36,7 @@ Example:
 int main(int argc, char **argv) {
     const auto io = compbox::cli::standard_streams();
     std::signal(SIGXFSZ, SIG_IGN);  // report a file at its size limit like a full disk
-    if (compbox::is_for_fleet(argc, argv)) return compbox::run_fleet(argv, io);
+    if (compbox::live::is_for_fleet(argc, argv)) return compbox::live::run_fleet(argv, io);
     compbox::cli::program app{
         "compbox: from measurements of a machine tool to the coefficients of its box", io};
     app.set_version_flag("--version", "compbox " CB_VERSION);

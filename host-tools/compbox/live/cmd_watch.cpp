@@ -3,11 +3,11 @@
 #include <cstdlib>
 #include <memory>
 
-#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/watch/watch.h"
 
-namespace compbox {
+namespace compbox::live {
 
 namespace {
 
@@ -50,4 +50,4 @@ void add_watch(cli::command &app) {
     watch.callback([arguments](const cli::streams &io) { run_watch(*arguments, io); });
 }
 
-}  // namespace compbox
+}  // namespace compbox::live

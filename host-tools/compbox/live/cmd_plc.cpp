@@ -9,13 +9,13 @@
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/summary.h"
-#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/plc/machine.h"
 #include "host-tools/plc/watch.h"
 
-namespace compbox {
+namespace compbox::live {
 
 namespace {
 
@@ -324,4 +324,4 @@ Example:
     command.callback([options](const cli::streams &io) { plc_command(*options, io).run(); });
 }
 
-}  // namespace compbox
+}  // namespace compbox::live

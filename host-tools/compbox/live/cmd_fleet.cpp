@@ -9,9 +9,9 @@
 #include <ostream>
 #include <vector>
 
-#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 
-namespace compbox {
+namespace compbox::live {
 
 namespace {
 
@@ -65,4 +65,4 @@ int run_fleet(char **argv, const cli::streams &io) {
     return 1;
 }
 
-}  // namespace compbox
+}  // namespace compbox::live

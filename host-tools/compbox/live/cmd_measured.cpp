@@ -9,12 +9,12 @@
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/summary.h"
-#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 
-namespace compbox {
+namespace compbox::live {
 
 namespace {
 
@@ -133,4 +133,4 @@ void add_measured(cli::command &app) {
     measured.callback([arguments](const cli::streams &io) { run_measured(*arguments, io); });
 }
 
-}  // namespace compbox
+}  // namespace compbox::live

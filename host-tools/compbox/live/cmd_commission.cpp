@@ -21,7 +21,7 @@
 #include "host-tools/commission/second_opinion.h"
 #include "host-tools/commission/statements.h"
 #include "host-tools/commission/write.h"
-#include "host-tools/compbox/commands.h"
+#include "host-tools/compbox/live/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -30,7 +30,7 @@ extern "C" {
 #include "firmware/config/config.h"
 }
 
-namespace compbox {
+namespace compbox::live {
 
 namespace {
 
@@ -423,4 +423,4 @@ Example:
     });
 }
 
-}  // namespace compbox
+}  // namespace compbox::live
