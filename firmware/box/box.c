@@ -304,7 +304,8 @@ static struct cb_mode_events see(const struct cb_box *box, const struct cb_input
     const bool silent = plc_ok && box->plc.contact != CB_CONTACT_KNOWN && !box->life.writing;
     const struct cb_mode_events events = {
         .plc_ok = plc_ok,
-        .writes_ok = !box->plc.mute && !silent,
+        .writes_ok = (!box->plc.mute && !silent) ||
+                     cb_plc_gone(config, &box->plc, box->life.now_us), /* plc_ok is false then */
         .nc_alarm = box->plc.nc_alarm,
         .loss = step->loss,
         .unapplied = box->applied.verdict.unapplied,

@@ -126,3 +126,7 @@ bool cb_plc_readable(const struct cb_config *config, const struct cb_plc_state *
     return state->readable &&
            now_us - state->read_us <= (int64_t)CB_READ_PERIODS * config->period_us;
 }
+
+bool cb_plc_gone(const struct cb_config *config, const struct cb_plc_state *state, int64_t now_us) {
+    return now_us - state->read_us > (int64_t)CB_READ_PERIODS * config->period_us + CB_GONE_US;
+}

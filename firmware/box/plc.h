@@ -42,6 +42,7 @@ enum {
     CB_LOST_HALF_PERIODS = 9,  /* four successive writes; a PLC does not restart in that time */
     CB_READ_PERIODS = 3,       /* maximum age of a reading */
     CB_REFUSED_US = 3000000,   /* time of refused writes that is a fault */
+    CB_GONE_US = 2000000,      /* longer than a reconnection to a PLC that replies */
     CB_READ_BACK_US = 1000000, /* interval of read-backs, if the exchange has time */
     CB_READ_BACK_TRIES = 3,    /* successive ones without a reply, each of which costs a write */
 };
@@ -101,5 +102,8 @@ bool cb_plc_parts(const struct cb_plc_state *state);
 /* out: true if the last good reading is at most CB_READ_PERIODS old */
 bool cb_plc_readable(const struct cb_config *config, const struct cb_plc_state *state,
                      int64_t now_us);
+
+/* out: true if the PLC has not been readable for CB_GONE_US: more than confirmations are missing */
+bool cb_plc_gone(const struct cb_config *config, const struct cb_plc_state *state, int64_t now_us);
 
 #endif

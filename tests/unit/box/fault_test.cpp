@@ -321,6 +321,30 @@ TEST(box_fault, contact_lost_while_the_plc_is_read_ends_with_one_last_write) {
     }
 }
 
+// A cable that is pulled after some late replies: the reason names the cable.
+TEST(box_fault, a_mute_plc_that_is_no_longer_read_is_reported_as_absent) {
+    running_rig rig;
+    rig.write = CB_TRANSFER_UNKNOWN;
+    rig.steps(6);
+    EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
+    rig.reading = false;
+    for (int i = 0; i < 60; ++i) {  // 1.8 s: it may be a reconnection
+        rig.step();
+        ASSERT_EQ(rig.reason(), CB_REASON_UNCONFIRMED) << i;
+    }
+    rig.steps(10);
+    for (int i = 0; i < 1000; ++i) {
+        rig.step();
+        ASSERT_EQ(rig.reason(), CB_REASON_NO_PLC) << i;
+        ASSERT_NE(rig.mode(), CB_MODE_ACTIVE) << i;
+    }
+    rig.reading = true;  // still without a confirmed write
+    rig.control(1 | 2 | 8);
+    rig.step();
+    EXPECT_NE(rig.mode(), CB_MODE_ACTIVE);
+    EXPECT_EQ(rig.reason(), CB_REASON_UNCONFIRMED);
+}
+
 TEST(box_fault, a_last_write_that_cannot_be_sent_is_given_up) {
     running_rig rig;
     rig.write = CB_TRANSFER_FAILED;
