@@ -30,6 +30,7 @@ void add_computing_commands(cli::command &app) {
 void add_commands(cli::command &app) {
     add_computing_commands(app);
     add_simulate(app);
+    add_signing(app);
     live::add_commission(app);
     live::add_plc(app);
     live::add_measured(app);

@@ -33,6 +33,7 @@ void add_check(cli::command &app);
 void add_pack(cli::command &app);
 void add_eval(cli::command &app);
 void add_export(cli::command &app);
+void add_signing(cli::command &app);  // keygen, sign, verify
 void add_join(cli::command &app);
 void add_simulate(cli::command &app);
 

@@ -101,9 +101,12 @@ void sync_folder_of(const std::string &path) {
     ::close(fd);
 }
 
+constexpr mode_t readable_by_all = 0644, readable_by_owner = 0600;
+
 // in : any path. Throws input_error if it is empty, forbidden by writes_below, not a regular file,
 // or not writable; an existing file is then unchanged.
-void replace_file(const std::string &path, const std::string &content) {
+void replace_file(const std::string &path, const std::string &content,
+                  mode_t mode = readable_by_all) {
     if (path.empty()) throw input_error("the name of the file to write is empty");
     refuse_outside(path);
     std::error_code error;
@@ -113,7 +116,7 @@ void replace_file(const std::string &path, const std::string &content) {
     std::string temporary = path + ".tmp-XXXXXX";
     const int fd = ::mkostemp(temporary.data(), O_CLOEXEC);
     if (fd < 0) fail(path, "create a file there");
-    ::fchmod(fd, 0644);
+    ::fchmod(fd, mode);
     const bool written = write_all(fd, content);
     const int saved = errno;
     const bool closed = ::close(fd) == 0;
@@ -169,6 +172,11 @@ void update_file(const std::string &path, const std::string &content, std::ostre
     } else {
         replace_file(path, content);
     }
+}
+
+void write_secret_file(const std::string &path, const std::string &content) {
+    refuse_given(path, "what it writes");
+    replace_file(path, content, readable_by_owner);
 }
 
 writes_below::writes_below(const std::vector<std::string> &folders) {

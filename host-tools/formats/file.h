@@ -24,6 +24,9 @@ void refuse_given(const std::string &path, const std::string &what);
 // Like write_file, but for a file that may have been read.
 void update_file(const std::string &path, const std::string &content, std::ostream *out = nullptr);
 
+// Like write_file, for a file that only this user may read.
+void write_secret_file(const std::string &path, const std::string &content);
+
 // Creates missing folders of the path. Throws input_error.
 void make_folder(const std::string &path);
 

@@ -56,10 +56,11 @@ host-tools/box_files      : formats
 host-tools/uplink         : formats command_line
 host-tools/view           : models base wire config signals terms box formats command_line box_files uplink
 host-tools/watch          : formats command_line box_files
+host-tools/signing        : hal/linux formats
 host-tools/compbox/live   : models base wire config formats command_line fakeplc plc commission watch
 host-tools/compbox        : models base wire config json signals terms box load formats command_line algebra \
     metrology identification fitting test_report training adaptation sensors twin fakeplc coefficients export \
-    simulation compbox/live
+    simulation signing compbox/live
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits
@@ -73,6 +74,7 @@ LIGHT = {"host-tools/command_line/*.h": ["<%s>" % name for name in (
 # Libraries that one folder alone sees, behind a narrow header of its own.
 ALONE = {"<CLI/*": "host-tools/command_line/*", "<ceres/*": "host-tools/training/ceres/*",
          "<modbus*": "*/libmodbus.c*", "<mosquitto*": "host-tools/uplink/broker.cpp",
+         "<sodium*": "*/signature.c*",
          "<microhttpd*": "host-tools/view/server.cpp"}
 FOLDERS = ["models", "firmware", "hal", "host-tools"]
 SUFFIXES = {".c", ".h", ".cpp", ".hpp", ".inl", ".inc", ".S"}

@@ -99,8 +99,8 @@ def test_a_configuration_path_that_is_no_file_is_refused_at_once(tmp_path):
     fifo, folder = tmp_path / "fifo", tmp_path / "folder"
     os.mkfifo(fifo)
     folder.mkdir()
-    for path, why in ((fifo, "it is not a regular file; put the coefficient file itself there"),
-                      ("/dev/zero", "it is not a regular file; put the coefficient file itself there"),
+    for path, why in ((fifo, "it is not a regular file; put the file itself there"),
+                      ("/dev/zero", "it is not a regular file; put the file itself there"),
                       (folder, "Is a directory")):
         for more in ([], ["--check"]):
             assert run("--config", str(path), *more) == \

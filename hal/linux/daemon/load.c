@@ -1,51 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/linux/daemon/load.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
-#include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "firmware/base/crc32.h"
 #include "firmware/config/config.h"
 #include "firmware/load/load.h"
-
-/* in : fd of a regular file
- * out: bytes read, at most `size`; -1 with errno */
-static long read_all(int fd, char *text, size_t size) {
-    size_t length = 0;
-    while (length < size) {
-        const ssize_t got = read(fd, text + length, size - length);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) return -1;
-        if (got == 0) break;
-        length += (size_t)got;
-    }
-    return (long)length;
-}
-
-/* out: bytes read, up to one more than a coefficient file may have, and *there of the file; -1 and
- *      *why when it cannot be read. O_NONBLOCK, which a regular file ignores, because a pipe would
- * wait for its writer. */
-static long read_bytes(const char *path, char *text, size_t size, struct stat *there,
-                       const char **why) {
-    long length = -1;
-    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (fd < 0 || fstat(fd, there) != 0) {
-        *why = strerror(errno);
-    } else if (S_ISDIR(there->st_mode)) {
-        *why = strerror(EISDIR);
-    } else if (!S_ISREG(there->st_mode)) {
-        *why = "it is not a regular file; put the coefficient file itself there";
-    } else {
-        length = read_all(fd, text, size);
-        if (length < 0) *why = strerror(errno);
-    }
-    if (fd >= 0) close(fd);
-    return length;
-}
+#include "hal/linux/enrolled.h"
+#include "hal/linux/whole_file.h"
 
 static struct cb_file_facts facts_of(const char *text, size_t length, const struct stat *there) {
     struct cb_file_facts facts = {.was_read = true,
@@ -65,7 +28,22 @@ static void describe(const char *path, const struct cb_message *message, char *t
         snprintf(text, size, "%s: %s", path, message->text);
 }
 
-bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ceiling *ceiling,
+/* Judges the signature of these bytes. out: false: refused, with the sentence */
+static bool is_trusted(const char *path, const char *text, size_t length, const char *keys,
+                       struct cb_loaded *loaded) {
+#if CB_HAS_LIBSODIUM
+    if (keys == NULL) return true;
+    const enum cb_enrolled verdict =
+        cb_enrolled_judge(keys, path, text, length, loaded->message, sizeof loaded->message);
+    loaded->is_signed = verdict == CB_ENROLLED_SIGNED;
+    return verdict != CB_ENROLLED_REFUSED;
+#else
+    (void)path, (void)text, (void)length, (void)keys, (void)loaded; /* options.c refuses --keys */
+    return true;
+#endif
+}
+
+bool cb_load_file(struct cb_config *config, const char *path, const struct cb_site *site,
                   struct cb_loaded *loaded) {
     static char text[CB_MAX_TEXT_BYTES + 1];
     static struct cb_load_scratch scratch;
@@ -79,17 +57,18 @@ bool cb_load_file(struct cb_config *config, const char *path, const struct cb_ce
     struct stat there;
     struct cb_message message = {.line = 0};
     *loaded = (struct cb_loaded){.lowered = 0};
-    const long length = read_bytes(path, text, sizeof text, &there, &why);
+    const long length = cb_whole_file_read(path, text, sizeof text, &there, &why);
     if (length < 0) {
         snprintf(loaded->message, sizeof loaded->message, "%s: cannot be read: %s", path, why);
         return false;
     }
     loaded->facts = facts_of(text, (size_t)length, &there);
+    if (!is_trusted(path, text, (size_t)length, site->keys, loaded)) return false;
     if (cb_config_load(config, text, (size_t)length, &target, &scratch, &message) != CB_OK) {
         describe(path, &message, loaded->message, sizeof loaded->message);
         return false;
     }
     loaded->facts.revision = config->revision;
-    loaded->lowered = cb_ceiling_apply(config, ceiling);
+    loaded->lowered = cb_ceiling_apply(config, &site->ceiling);
     return true;
 }

@@ -294,23 +294,36 @@ static const char *plural(uint64_t count) {
     return count == 1 ? "" : "s";
 }
 
-/* Loads the first file, under the site's ceiling. */
+/* A signed file must be of the machine of the last run, and not older, by its state: otherwise an
+ * old file in its place and a restart would be a way around the rules of a reload. out: false: it
+ * is not, and a sentence is printed */
+static bool follows_last_run(struct daemon *daemon, const struct cb_config *config) {
+    struct cb_reload *reload = &daemon->reload;
+    struct cb_last_run ran;
+    const char *path = daemon->options.state;
+    if (!reload->loaded.is_signed || path == NULL || !cb_state_last_run(&ran, path)) return true;
+    if (cb_reload_follows(reload, ran.machine, ran.revision, config)) return true;
+    fprintf(stderr, "compboxd: %s (by %s)\n", reload->last, path);
+    return false;
+}
+
+/* Loads the first file by the site's rules. */
 static bool load(struct daemon *daemon) {
     struct cb_reload *reload = &daemon->reload;
-    cb_reload_start(reload, daemon->options.config);
-    reload->ceiling = daemon->options.ceiling;
+    const struct cb_config *config = &daemon->loop.box->config;
+    cb_reload_start(reload, daemon->options.config, &daemon->options.site);
     reload->allow_older = daemon->options.allow_older;
-    const bool good = cb_load_file(&daemon->loop.box->config, daemon->options.config,
-                                   &reload->ceiling, &reload->loaded);
+    const bool good = cb_load_file(&daemon->loop.box->config, daemon->options.config, &reload->site,
+                                   &reload->loaded);
     reload->lowered = reload->loaded.lowered;
     if (!good) fprintf(stderr, "compboxd: %s\n", reload->loaded.message);
-    return good;
+    return good && follows_last_run(daemon, config);
 }
 
 /* Logs the site's limits, or that it has none. */
 static void log_ceiling(struct daemon *daemon) {
-    const bool sizes = daemon->options.ceiling.um > 0.0f;
-    const bool rates = daemon->options.ceiling.um_per_s > 0.0f;
+    const bool sizes = daemon->options.site.ceiling.um > 0.0f;
+    const bool rates = daemon->options.site.ceiling.um_per_s > 0.0f;
     const char *both = sizes || rates ? "" : " and ";
     const int64_t now_us = cb_boottime_us();
     char names[400];
@@ -325,6 +338,23 @@ static void log_ceiling(struct daemon *daemon) {
         cb_log_line(&daemon->log, now_us, "the site's ceiling lowers the limits of %s", names);
 }
 
+/* Logs whether files must be signed. */
+static void log_keys(struct daemon *daemon) {
+    const char *keys = daemon->options.site.keys;
+    const int64_t now_us = cb_boottime_us();
+    if (!daemon->reload.loaded.is_signed)
+        cb_log_line(&daemon->log, now_us, "no key is enrolled%s%s: unsigned files are taken",
+                    keys != NULL       ? " in "
+                    : CB_HAS_LIBSODIUM ? "; set --keys"
+                                       : "",
+                    keys != NULL ? keys : "");
+    else
+        cb_log_line(&daemon->log, now_us, "files must be signed by a key in %s%s", keys,
+                    daemon->options.state != NULL
+                        ? ""
+                        : "; without --state a restart takes an older signed file");
+}
+
 /* Starts in the order of possible mistakes: file, wire, outputs, system; the loop last.
  * out: false: one of them failed, and a sentence about it is printed */
 static bool start(struct daemon *daemon) {
@@ -335,7 +365,7 @@ static bool start(struct daemon *daemon) {
     if (!load(daemon)) return false;
     keep_config(daemon, 0);
     run->config_file = daemon->options.config;
-    run->ceiling = daemon->options.ceiling;
+    run->ceiling = daemon->options.site.ceiling;
     run->lowered = daemon->reload.lowered;
     run->plc = daemon->plc;
     run->started_unix_s = (int64_t)time(NULL);
@@ -354,13 +384,15 @@ static bool start(struct daemon *daemon) {
                 plural(config->channels_count), daemon->plc, (double)config->period_us * 1e-3);
     daemon->files.events.file = NULL;
     log_ceiling(daemon);
+    log_keys(daemon);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
     daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
     if (!resume_state(daemon)) return false;
-    cb_input_record_begin(&daemon->files.inputs, &daemon->options.ceiling, &daemon->loop.resumed);
+    cb_input_record_begin(&daemon->files.inputs, &daemon->options.site.ceiling,
+                          &daemon->loop.resumed);
     cb_sample_ring_start(&daemon->loop.target.hand);
     cb_hand_start(&daemon->hand, daemon->options.measured, (uint32_t)geteuid());
     cb_hand_follow(&daemon->hand, config);
@@ -568,7 +600,7 @@ static int finish(struct daemon *daemon) {
 static int check(const struct cb_options *options) {
     static struct cb_config config;
     static struct cb_loaded loaded;
-    if (cb_load_file(&config, options->config, &options->ceiling, &loaded)) return EXIT_OK;
+    if (cb_load_file(&config, options->config, &options->site, &loaded)) return EXIT_OK;
     fprintf(stderr, "compboxd: %s\n", loaded.message);
     return EXIT_BAD;
 }

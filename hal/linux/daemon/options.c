@@ -20,6 +20,9 @@ static const char help[] =
     "  --most-um U           the site's ceiling of outputs, µm (a slope: µm/m), 0.001 to 1000000;\n"
     "                        a larger limit of the file is lowered to it\n"
     "  --most-um-per-s V     the site's ceiling of their rate, µm/s, 0.001 to 1000000\n"
+    "  --keys DIR            take files only that a key NAME.pub in this folder has signed, for "
+    "this\n"
+    "                        machine and not older; a folder without keys: any file\n"
     "  --allow-older         a reload accepts a file of a lower revision than the running one\n"
     "  --cycles N            stop after N cycles like on SIGTERM\n"
     "  --snapshot FILE       write the box's values, mode and cause as JSON, for other programs\n"
@@ -63,6 +66,7 @@ static const char help[] =
 enum kind {
     PATH,    /* const char *: a file of its own */
     TEXT,    /* const char * */
+    KEYS,    /* const char *: a folder; needs libsodium */
     NUMBER,  /* int, within its bounds */
     COUNT,   /* uint64_t, within its bounds */
     CEILING, /* float */
@@ -83,8 +87,9 @@ static const struct known {
 } known[] = {
     {"config", PATH, CB_AT(config), 0, 0},
     {"check", FLAG, CB_AT(check), 0, 0},
-    {"most-um", CEILING, CB_AT(ceiling.um), 0, 0},
-    {"most-um-per-s", CEILING, CB_AT(ceiling.um_per_s), 0, 0},
+    {"most-um", CEILING, CB_AT(site.ceiling.um), 0, 0},
+    {"most-um-per-s", CEILING, CB_AT(site.ceiling.um_per_s), 0, 0},
+    {"keys", KEYS, CB_AT(site.keys), 0, 0},
     {"allow-older", FLAG, CB_AT(allow_older), 0, 0},
     {"cycles", COUNT, CB_AT(cycles), 1, 1000000000000},
     {"snapshot", PATH, CB_AT(snapshot), 0, 0},
@@ -178,6 +183,14 @@ static bool take(struct cb_options *options, const struct known *option, const c
         case TEXT:
             *(const char **)field = argument;
             return true;
+        case KEYS:
+            *(const char **)field = argument;
+            if (CB_HAS_LIBSODIUM) return true;
+            fputs(
+                "compboxd: --keys: this program was built without libsodium and cannot verify "
+                "signatures; leave the option out\n",
+                stderr);
+            return false;
         case NUMBER:
             if (!parse_number(option->name, argument, option->min, option->max, &number))
                 return false;

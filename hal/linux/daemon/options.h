@@ -7,21 +7,21 @@
 #include <stdint.h>
 #include <time.h>
 
-#include "firmware/box/ceiling.h"
+#include "hal/linux/daemon/load.h"
 
 struct cb_options {
-    const char *config;        /* coefficient file */
-    bool check;                /* load it and exit */
-    struct cb_ceiling ceiling; /* of the site */
-    bool allow_older;          /* a reload may use a file of a lower revision */
-    const char *snapshot;      /* the box at this moment as JSON; NULL: none */
-    int snapshot_every_ms;     /* its write interval */
-    const char *events;        /* lines of JSON, appended; NULL: none */
-    const char *stats;         /* statistics as JSON; NULL: none */
-    const char *record;        /* one CSV row per cycle; NULL: none */
-    int record_every_ms;       /* … or in this interval; 0: each cycle */
-    int record_most_mb;        /* of it and the kept ones; 0: no limit */
-    const char *blackbox;      /* folder of its files; NULL: none */
+    const char *config; /* coefficient file */
+    bool check;         /* load it and exit */
+    struct cb_site site;
+    bool allow_older;      /* a reload may use a file of a lower revision */
+    const char *snapshot;  /* the box at this moment as JSON; NULL: none */
+    int snapshot_every_ms; /* its write interval */
+    const char *events;    /* lines of JSON, appended; NULL: none */
+    const char *stats;     /* statistics as JSON; NULL: none */
+    const char *record;    /* one CSV row per cycle; NULL: none */
+    int record_every_ms;   /* … or in this interval; 0: each cycle */
+    int record_most_mb;    /* of it and the kept ones; 0: no limit */
+    const char *blackbox;  /* folder of its files; NULL: none */
     int blackbox_most_mb;
     const char *inputs;     /* the exact inputs of each step; NULL: none */
     const char *state;      /* memory of the lags across restarts; NULL: none */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "hal/linux/daemon/widening.h"
+#include "hal/linux/enrolled.h"
 #include "hal/linux/file_version.h"
 #include "hal/linux/files/ceiling_words.h"
 
@@ -17,25 +18,34 @@ static __attribute__((format(printf, 2, 3))) void report(struct cb_reload *reloa
     va_end(arguments);
 }
 
-/* A file that is missing for a moment, during its replacement, counts as unchanged. */
-static void look(const struct cb_reload *reload, struct stat *now) {
-    if (stat(reload->path, now) != 0) *now = reload->known;
+/* A file that is missing for a moment, during its replacement, counts as unchanged. A missing
+ * signature does not. */
+static void look(const struct cb_reload *reload, struct cb_reload_look *now) {
+    char signature[4300];
+    if (stat(reload->path, &now->file) != 0) now->file = reload->known.file;
+    snprintf(signature, sizeof signature, "%s" CB_SIGNATURE_SUFFIX, reload->path);
+    if (reload->site.keys == NULL || stat(signature, &now->signature) != 0)
+        now->signature = (struct stat){.st_size = 0};
 }
 
-void cb_reload_start(struct cb_reload *reload, const char *path) {
-    *reload = (struct cb_reload){.path = path};
+static bool is_same_look(const struct cb_reload_look *a, const struct cb_reload_look *b) {
+    return cb_same_version(&a->file, &b->file) && cb_same_version(&a->signature, &b->signature);
+}
+
+void cb_reload_start(struct cb_reload *reload, const char *path, const struct cb_site *site) {
+    *reload = (struct cb_reload){.path = path, .site = *site};
     look(reload, &reload->known);
     reload->seen = reload->known;
 }
 
 bool cb_reload_file_changed(struct cb_reload *reload, int64_t now_us) {
-    struct stat now;
+    struct cb_reload_look now;
     if (now_us - reload->looked_us < CB_RELOAD_LOOK_US) return false;
     reload->looked_us = now_us;
     look(reload, &now);
-    const bool stays = cb_same_version(&now, &reload->seen);
+    const bool stays = is_same_look(&now, &reload->seen);
     reload->seen = now;
-    return stays && !cb_same_version(&now, &reload->known);
+    return stays && !is_same_look(&now, &reload->known);
 }
 
 static bool serial_differs(const struct cb_serial_config *a, const struct cb_serial_config *b) {
@@ -58,6 +68,23 @@ static const char *needs_restart(const struct cb_config *now, const struct cb_co
     return now->period_us != fresh->period_us ? "cycle.period_ms" : NULL;
 }
 
+/* A signed file of another machine may be a good one, in the wrong place. Without keys the operator
+ * decides. */
+bool cb_reload_follows(struct cb_reload *reload, const char *machine, uint32_t revision,
+                       const struct cb_config *fresh) {
+    if (reload->loaded.is_signed && strcmp(machine, fresh->machine) != 0) {
+        report(reload, "%s: is of machine \"%s\", but this box runs \"%s\"; bring its own file",
+               reload->path, fresh->machine, machine);
+        return false;
+    }
+    if (fresh->revision >= revision || reload->allow_older) return true;
+    report(reload,
+           "%s: revision %u is older than the running one, %u; raise it, or start compboxd with "
+           "--allow-older",
+           reload->path, (unsigned)fresh->revision, (unsigned)revision);
+    return false;
+}
+
 static bool check(struct cb_reload *reload, const struct cb_config *now,
                   const struct cb_config *fresh) {
     const char *key = needs_restart(now, fresh);
@@ -66,12 +93,7 @@ static bool check(struct cb_reload *reload, const struct cb_config *now,
                reload->path, key);
         return false;
     }
-    if (fresh->revision >= now->revision || reload->allow_older) return true;
-    report(reload,
-           "%s: revision %u is older than the running one, %u; raise it, or start compboxd with "
-           "--allow-older",
-           reload->path, (unsigned)fresh->revision, (unsigned)now->revision);
-    return false;
+    return cb_reload_follows(reload, now->machine, now->revision, fresh);
 }
 
 bool cb_reload_ready(struct cb_reload *reload, struct cb_loop *loop) {
@@ -111,7 +133,7 @@ static enum cb_reload_outcome refuse_corrupt(struct cb_reload *reload) {
 
 /* Reads the file into `config`. out: whether it is a valid one */
 static bool load(struct cb_reload *reload, struct cb_config *config) {
-    const bool good = cb_load_file(config, reload->path, &reload->ceiling, &reload->loaded);
+    const bool good = cb_load_file(config, reload->path, &reload->site, &reload->loaded);
     reload->loaded.facts.on_signal = reload->sender.known;
     reload->loaded.facts.sender_user = reload->sender.user;
     reload->loaded.facts.sender_pid = reload->sender.pid;

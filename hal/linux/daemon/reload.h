@@ -26,12 +26,17 @@ struct cb_sender {
     int32_t pid;
 };
 
+/* What may have changed: a file, and its signature where keys are enrolled. */
+struct cb_reload_look {
+    struct stat file, signature;
+};
+
 struct cb_reload {
     const char *path;
-    struct cb_ceiling ceiling; /* of the site: applied to every file */
-    bool allow_older;          /* a file of a lower revision than the running one is accepted */
-    struct stat known;         /* status of the file at its last reading */
-    struct stat seen;          /* status at the last check */
+    struct cb_site site;
+    bool allow_older;            /* a file of a lower revision than the running one is accepted */
+    struct cb_reload_look known; /* at the file's last reading */
+    struct cb_reload_look seen;  /* at the last check */
     int64_t looked_us;
     bool offered;                       /* the loop has not taken it yet … */
     bool pending;                       /* … because the box is not at rest */
@@ -44,11 +49,17 @@ struct cb_reload {
     char last[CB_RELOAD_MESSAGE_BYTES]; /* sentence about the last file; "": none yet */
 };
 
-/* Call it before the file is first read, so that no change is missed. It sets neither ceiling nor
- * allow_older. */
-void cb_reload_start(struct cb_reload *reload, const char *path);
+/* Call it before the file is first read, so that no change is missed. It does not set allow_older.
+ */
+void cb_reload_start(struct cb_reload *reload, const char *path, const struct cb_site *site);
 
-/* out: true if the file changed and is stable again. Checks at most every CB_RELOAD_LOOK_US. */
+/* Whether this box may run the file after another one. in: what ran before: its machine and its
+ * revision; loaded: of the file `fresh`. out: true; or false, and a sentence in reload->last */
+bool cb_reload_follows(struct cb_reload *reload, const char *machine, uint32_t revision,
+                       const struct cb_config *fresh);
+
+/* out: true if the file or its signature changed, and both are stable again. Checks at most every
+ * CB_RELOAD_LOOK_US. */
 bool cb_reload_file_changed(struct cb_reload *reload, int64_t now_us);
 
 /* out: true: a file may be offered; a pending file, or one offered to a box whose configuration has

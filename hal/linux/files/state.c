@@ -49,9 +49,9 @@ struct ending {
     int64_t unix_us;     /* of the PLC's heartbeat … */
     int64_t boottime_us; /* … and by the clock of this boot */
     uint32_t plc_heartbeat;
-    uint32_t beat;    /* 1: the heartbeat was read */
-    uint32_t stopped; /* 1: the run ended STOPPED */
-    uint32_t unused;
+    uint32_t beat;     /* 1: the heartbeat was read */
+    uint32_t stopped;  /* 1: the run ended STOPPED */
+    uint32_t revision; /* of the file that ran; 0 in files of versions that did not keep it */
 };
 
 enum { MOST_RECORDS = CB_MAX_SIGNALS + CB_MAX_BANK_LAGS };
@@ -88,12 +88,14 @@ void cb_state_clock_read(struct cb_state_clock *clock) {
 
 /* ---- writing ---- */
 
-static struct ending ending_of(const struct cb_state *state, const struct cb_state_clock *now) {
+static struct ending ending_of(const struct cb_state *state, const struct cb_config *config,
+                               const struct cb_state_clock *now) {
     return (struct ending){.unix_us = state->beat_us + (now->unix_us - now->boottime_us),
                            .boottime_us = state->beat_us,
                            .plc_heartbeat = state->plc_heartbeat,
                            .beat = state->beat,
-                           .stopped = state->stopped};
+                           .stopped = state->stopped,
+                           .revision = config->revision};
 }
 
 /* Appends a record, complete but for name and state of the lag. in: signal, that it follows */
@@ -182,7 +184,7 @@ static size_t fill(struct file *file, const struct cb_state *state, const struct
     add_bank(file, state, config, now);
     size_t size = sizeof file->header + file->header.count * sizeof file->records[0];
     size = add_probes(file, size, state, config, now);
-    const struct ending ending = ending_of(state, now);
+    const struct ending ending = ending_of(state, config, now);
     memcpy((char *)file + size, &ending, sizeof ending);
     size += sizeof ending;
     const uint32_t crc = cb_crc32(0, file, (uint32_t)size);
@@ -214,7 +216,7 @@ static size_t body_of(const struct header *header) {
 }
 
 /* out: the fault of the file as a whole, or NULL */
-static const char *fault_of(const struct file *file, size_t size, const struct cb_config *config) {
+static const char *fault_of(const struct file *file, size_t size) {
     const struct header *header = &file->header;
     if (size < sizeof *header + sizeof file->crc || memcmp(header->magic, MAGIC, sizeof MAGIC) != 0)
         return "is no state file";
@@ -227,8 +229,6 @@ static const char *fault_of(const struct file *file, size_t size, const struct c
     uint32_t crc;
     memcpy(&crc, (const char *)file + body, sizeof crc);
     if (crc != cb_crc32(0, file, (uint32_t)body)) return "is damaged";
-    if (memcmp(header->machine, config->machine, sizeof header->machine) != 0)
-        return "is of another machine";
     return NULL;
 }
 
@@ -448,7 +448,9 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
                  errno == ENOENT ? "is not there yet" : cb_output_error(errno));
         return false;
     }
-    const char *fault = fault_of(&file, (size_t)length, config);
+    const char *fault = fault_of(&file, (size_t)length);
+    if (fault == NULL && memcmp(file.header.machine, config->machine, sizeof config->machine) != 0)
+        fault = "is of another machine";
     if (fault != NULL) {
         snprintf(message, size, "%s: %s and is not used; lags start steady", path, fault);
         return false;
@@ -467,5 +469,15 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
         report(&to.tally, path, message, size);
     }
     report_ending(state->stopped, message, size);
+    return true;
+}
+
+bool cb_state_last_run(struct cb_last_run *ran, const char *path) {
+    struct file file;
+    const ssize_t length = read_bytes(path, &file);
+    if (length < 0 || fault_of(&file, (size_t)length) != NULL) return false;
+    memcpy(ran->machine, file.header.machine, sizeof ran->machine);
+    ran->machine[sizeof ran->machine - 1] = '\0';
+    ran->revision = read_ending(&file).revision;
     return true;
 }

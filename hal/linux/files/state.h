@@ -52,4 +52,13 @@ int cb_state_write(const struct cb_state *state, const struct cb_config *config,
 bool cb_state_read(struct cb_state *state, const struct cb_config *config, const char *path,
                    const struct cb_state_clock *now, char *message, size_t size);
 
+/* The coefficient file of the run that wrote the state. */
+struct cb_last_run {
+    char machine[40];
+    uint32_t revision; /* 0: a version wrote it that did not keep it */
+};
+
+/* out: true and *ran; false: the file is missing or damaged */
+bool cb_state_last_run(struct cb_last_run *ran, const char *path);
+
 #endif

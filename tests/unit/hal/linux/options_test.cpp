@@ -48,8 +48,8 @@ TEST(options, each_value_goes_into_its_field) {
                   o.inputs + o.state + o.watchdog,
               "cnesrbimw");
     EXPECT_TRUE(o.check && o.allow_older && !o.cpu_latency);
-    EXPECT_EQ(o.ceiling.um, 300.0f);
-    EXPECT_EQ(o.ceiling.um_per_s, 0.5f);
+    EXPECT_EQ(o.site.ceiling.um, 300.0f);
+    EXPECT_EQ(o.site.ceiling.um_per_s, 0.5f);
     EXPECT_EQ(o.cycles, 1000000000000u);
     EXPECT_EQ((std::vector<int>{o.snapshot_every_ms, o.record_every_ms, o.record_most_mb,
                                 o.blackbox_most_mb, o.state_every_s, o.priority, o.cpu,

@@ -41,7 +41,7 @@ struct reload_file : ::testing::Test {
     }
     static void write(const fs::path &to, const std::string &text) { std::ofstream(to) << text; }
     // As cb_reload_offer() does before it reads.
-    void start() { cb_reload_start(&reload, path.c_str()); }
+    void start() { cb_reload_start(&reload, path.c_str(), &site); }
     // One look, a second after the last one.
     bool look() { return cb_reload_file_changed(&reload, now_us += CB_RELOAD_LOOK_US); }
     // How many looks it takes; 9: it never counts as changed.
@@ -52,6 +52,7 @@ struct reload_file : ::testing::Test {
     }
     fs::path folder;
     std::string path;
+    cb_site site = {{0, 0}, nullptr};
     cb_reload reload;
     int64_t now_us = 1000000000;
 };
@@ -143,12 +144,29 @@ TEST_F(reload_file, that_was_not_there_at_the_start_is_read_when_it_comes) {
     EXPECT_EQ(looks(), 2);
 }
 
+// Where keys are enrolled, a signature may arrive after its file.
+TEST_F(reload_file, whose_signature_changes_counts_as_changed_where_keys_are_enrolled) {
+    for (const char *keys : {static_cast<const char *>(nullptr), folder.c_str()}) {
+        site.keys = keys;
+        fs::remove(path + ".minisig");
+        start();
+        EXPECT_EQ(looks(), 9);
+        write(path + ".minisig", "arrives");
+        EXPECT_EQ(looks(), keys == nullptr ? 9 : 2);
+        start();
+        write(path + ".minisig", "is replaced");
+        EXPECT_EQ(looks(), keys == nullptr ? 9 : 2);
+        start();
+        fs::remove(path + ".minisig");
+        EXPECT_EQ(looks(), keys == nullptr ? 9 : 2);
+    }
+}
+
 // ---- what may be loaded ----
 
 struct load_file : reload_file {
     bool load(const std::string &from) {
-        const cb_ceiling none = {0, 0};
-        return cb_load_file(&config, from.c_str(), &none, &loaded);
+        return cb_load_file(&config, from.c_str(), &site, &loaded);
     }
     void refuses(const std::string &from, const std::string &why) {
         EXPECT_FALSE(load(from));
@@ -158,7 +176,7 @@ struct load_file : reload_file {
     cb_loaded loaded;
 };
 
-const char *const no_file = "it is not a regular file; put the coefficient file itself there";
+const char *const no_file = "it is not a regular file; put the file itself there";
 
 TEST_F(load_file, a_pipe_without_a_writer_is_refused_without_waiting) {
     const std::string pipe = (folder / "pipe").string();
@@ -287,7 +305,7 @@ TEST_F(reload_offer, in_the_loops_hand_is_not_withdrawn) {
 }
 
 TEST_F(reload_offer, counts_limits_as_the_ceiling_leaves_them) {
-    reload.ceiling = {300, 500};
+    reload.site.ceiling = {300, 500};
     EXPECT_EQ(offer({{"\"limit_um\": 300", "\"limit_um\": 350"}}), CB_RELOAD_OFFERED);
     EXPECT_EQ(reload.loaded.lowered, 0b001u);
     EXPECT_EQ(cb_loop_spare(loop.get())->config.channels[0].limit_um, 300);

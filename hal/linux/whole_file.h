@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT
+ * Reads a whole file at once, without waiting for what is no file. */
+#ifndef COMPBOX_HAL_LINUX_WHOLE_FILE_H
+#define COMPBOX_HAL_LINUX_WHOLE_FILE_H
+
+#include <stddef.h>
+#include <sys/stat.h>
+
+/* Reads a regular file only, and opens it without waiting: a pipe would wait for its writer.
+ * out: bytes read, at most `size`, and *there of the file; -1 and in *why the cause */
+long cb_whole_file_read(const char *path, char *text, size_t size, struct stat *there,
+                        const char **why);
+
+#endif
