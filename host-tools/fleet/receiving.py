@@ -13,15 +13,14 @@ from .registry import read_bytes, read_json, write_file
 
 
 def take(payload, keys, place):
-    """Checks a payload and puts its file to `place`, the signature first. in: bytes of links.payload_of(); folder of
+    """Checks a payload and puts its file to `place`. in: bytes of links.payload_of(); folder of
     public keys; path of the running file. out: the new revision, or None for the file that runs already.
     Throws FleetError for what is refused; nothing changes then."""
     place = pathlib.Path(place)
     try:
         message = json.loads(payload)
         text, signature = message["file"], message["signature"]
-        if not signing.is_signed(text, signature, keys):
-            raise FleetError("refused: no enrolled key has signed this file")
+        verify(text, signature, keys)
         made, runs = json.loads(text), read_json(place)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise FleetError("refused: the message has no file and signature") from error
@@ -36,9 +35,25 @@ def take(payload, keys, place):
     with tempfile.TemporaryDirectory() as folder:
         (pathlib.Path(folder) / "coefficients.json").write_text(text)
         tools.compbox("check", "coefficients.json", folder=folder)
-    write_file(pathlib.Path(f"{place}.minisig"), signature.encode())
-    write_file(place, text.encode())
+    put(text, signature, place)
     return made["revision"]
+
+
+def verify(text, signature, keys):
+    """Throws FleetError unless a key of the folder has signed the file."""
+    try:
+        signing.verify(text, signature, keys)
+    except FleetError as error:
+        raise FleetError(f"refused: {str(error).removeprefix('compbox verify: ')}") from error
+
+
+def put(text, signature, place):
+    """Replaces a file and its signature. At every moment the signature of the file that is there is in PLACE.minisig or
+    PLACE.minisig.new, so a box that starts in between, or after a power cut, finds it."""
+    new = pathlib.Path(f"{place}.minisig.new")
+    write_file(new, signature.encode())
+    write_file(place, text.encode())
+    new.replace(f"{place}.minisig")
 
 
 def reported(payload, keys, place):

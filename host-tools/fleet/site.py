@@ -63,11 +63,11 @@ def settle(registry, state, name):
                                           "rejected": sorted(set(rejected))})
 
 
-def prepare(registry, part, name, key):
+def prepare(registry, part, key):
     """Makes and signs the file of a machine that has to be sent one, and notes both in the registry."""
     model = part["to"] if part["state"] == "sent" else part["from"]
     text = rollout.with_revision(registry.get(model).decode(), part["revision"])
-    signature = signing.signed(text, key, f"machine {name} revision {part['revision']}")
+    signature = signing.signed(text, key)
     part.update(file=registry.put(text.encode(), "json"), signature=registry.put(signature.encode(), "minisig"))
     entry = registry.read("models", model)
     entry["signed"].append({"revision": part["revision"], "file": part["file"], "signature": part["signature"]})
