@@ -64,7 +64,7 @@ endfunction()
 
 install(TARGETS compboxd RUNTIME DESTINATION sbin COMPONENT compboxd)
 cb_service(compboxd)
-install(DIRECTORY DESTINATION /etc/compbox COMPONENT compboxd)
+install(DIRECTORY DESTINATION /etc/compbox/keys COMPONENT compboxd)
 cb_documents(compboxd docs/compboxd.md docs/coefficient-file.md docs/faults.md)
 cb_manual(compboxd)
 set(CPACK_COMPONENTS_ALL compboxd compbox-view compbox)
@@ -121,7 +121,7 @@ Prometheus. It reads the files of compboxd and writes nothing.")
 set(CPACK_DEBIAN_COMPBOX-VIEW_PACKAGE_RECOMMENDS "compboxd")
 set(CPACK_DEBIAN_COMPBOXD_PACKAGE_RECOMMENDS "iproute2")
 set(CPACK_DEBIAN_COMPBOX_PACKAGE_RECOMMENDS "gnuplot-nox | gnuplot")
-set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd, compbox-view, minisign, python3, python3-distributed, python3-paho-mqtt") # for compbox-demo and compbox fleet
+set(CPACK_DEBIAN_COMPBOX_PACKAGE_SUGGESTS "compboxd, compbox-view, python3, python3-distributed, python3-paho-mqtt") # for compbox-demo and compbox fleet
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 if(CMAKE_SYSROOT) # whose libraries are in packages that the host's dpkg does not know
     set(CPACK_DEBIAN_PACKAGE_ARCHITECTURE arm64)

@@ -36,10 +36,10 @@ def run(*words, **how):
 
 # What the programs are linked with, by hand from `readelf -d`; dpkg-shlibdeps says it too, for arm64 by a database
 # that scripts/arm64-sysroot makes.
-NEEDED = {"compboxd": ["libc6", "libmodbus5", "zlib1g"],
+NEEDED = {"compboxd": ["libc6", "libmodbus5", "libsodium23", "zlib1g"],
           "compbox-view": ["libc6", "libfmt9", "libmicrohttpd12", "libmosquitto1", "libstdc++6", "libgcc-s1", "zlib1g"],
-          "compbox": ["libc6", "libmodbus5", "libstdc++6", "libgcc-s1", "libgoogle-glog0v6", "libcholmod3",
-                      "libcxsparse3", "liblapack3", "liblapack.so.3"]}
+          "compbox": ["libc6", "libmodbus5", "libsodium23", "libstdc++6", "libgcc-s1", "libgoogle-glog0v6",
+                      "libcholmod3", "libcxsparse3", "liblapack3", "liblapack.so.3"]}
 BLAS = re.compile("atlas|blas|lapack")
 
 
