@@ -90,7 +90,7 @@ class Runner:
                if part["state"] in ("sent", "returning") and self.sent.get(name) != part["revision"]}
         for name, part in due.items():
             if part["file"] is None:
-                prepare(self.registry, part, name, self.key)
+                prepare(self.registry, part, self.key)
         self.registry.write("rollouts", self.state["id"], self.state)
         for name, part in self.state["machines"].items():
             if self.settled.get(name) != part["state"]:

@@ -6,7 +6,6 @@ import json
 import os
 import pathlib
 import shutil
-import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -87,8 +86,8 @@ class Plant(Fleet):
 
     def prepare(self, count):
         (self.folder / "keys").mkdir()
-        subprocess.run(["minisign", "-G", "-W", "-p", "keys/plant.pub", "-s", "plant.key"], cwd=self.folder, check=True,
-                       capture_output=True)
+        self.good("keygen", "plant")
+        (self.folder / "plant.pub").rename(self.folder / "keys/plant.pub")
         machine_file(self)
         self.add_lathe("first", Twin(1000))
         self.fleet("train", "first", "--workers", 1)
