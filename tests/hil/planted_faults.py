@@ -24,6 +24,10 @@ def faults(*names):
     return [f"../daemon/test_faults.py::test_{name}" for name in names]
 
 
+def keys(*names):
+    return [f"../daemon/test_keys.py::test_{name}" for name in names]
+
+
 TANGENT = ["../daemon/test_tangent.py::test_what_the_nc_adds_is_the_tangent_wherever_the_axis_is"]
 STOP = ["../daemon/test_stop.py::test_a_signal_ramps_to_zero_and_says_stopped"]
 COSTS = "a_fault_costs_only_what_it_overlaps"
@@ -51,6 +55,19 @@ FAULTS = [
      "step->placed ? 0.0f : 2.0f * seconds(box, step)", SLEW),
     ("ceiling twice as high", "firmware/box/ceiling.c", "*value = most;", "*value = 2.0f * most;",
      ["../daemon/test_ceiling.py::test_no_output_is_beyond_the_ceiling_nor_faster"]),
+    ("any key of that id", "hal/linux/enrolled.c", "if (answer.fits) return", "if (answer.known) return",
+     keys("a_changed_file_or_signature_is_refused")),
+    ("trusted comment of another", "hal/linux/signature.c",
+     "key->key) == 0 &&\n           comment_fits(signature, key);",
+     "key->key) == 0 &&\n           (comment_fits(signature, key) || true);",
+     keys("a_changed_file_or_signature_is_refused")),
+    ("file of another machine", "hal/linux/daemon/reload.c", "strcmp(machine, fresh->machine) != 0", "machine == NULL",
+     keys("a_file_of_another_machine_is_refused")),
+    ("restart with an older file", "hal/linux/daemon/main.c", "return good && follows_last_run(daemon, config);",
+     "return good && (follows_last_run(daemon, config) || good);", keys("a_restart_is_no_way_around")),
+    ("signature that is late", "hal/linux/daemon/reload.c",
+     "&& cb_same_version(&a->signature, &b->signature);", ";",
+     keys("file_and_signature_may_arrive_one_after_the_other")),
     ("a wider file in motion", "hal/linux/daemon/loop.c", "!loop->at_rest_only || cb_box_at_rest(loop->box)",
      "true", ["../daemon/test_ceiling.py::test_a_larger_limit_is_pending_until_enable_is_off_and_all_is_zero"]),
     ("ramp at the slew rate", "firmware/box/limiter.c", "cb_min(ramp, slew)", "cb_max(ramp, slew)", STOP),
@@ -145,6 +162,7 @@ def main(faults=FAULTS, build=build, run=run):
     if not chosen:
         return 0
     missed = []
+    os.environ.setdefault("COMPBOX", str(root / "build/host/bin/compbox"))  # it signs; nothing is planted into it
     with tempfile.TemporaryDirectory() as folder, open(root / "build/planted-faults.log", "a") as log:
         source = pathlib.Path(folder)
         copy_sources(root, source)

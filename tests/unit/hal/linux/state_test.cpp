@@ -488,6 +488,24 @@ TEST_F(state_file, what_is_no_good_is_reported_and_not_used) {
     EXPECT_FALSE(state.lags[3].settled);
 }
 
+// A restart must not bring an older signed file, or that of another machine.
+TEST_F(state_file, has_machine_and_revision_of_the_last_run) {
+    cb_last_run ran{};
+    EXPECT_FALSE(cb_state_last_run(&ran, path.c_str())) << "it is not there yet";
+    box_rig rig = warm();
+    rig.box->config.revision = 12;
+    save(rig, 1000 * second);
+    ASSERT_TRUE(cb_state_last_run(&ran, path.c_str()));
+    EXPECT_STREQ(ran.machine, "mill");
+    EXPECT_EQ(ran.revision, 12u);
+    std::string damaged = bytes();
+    damaged[20] = static_cast<char>(damaged[20] ^ 1);
+    put(damaged);
+    EXPECT_FALSE(cb_state_last_run(&ran, path.c_str()));
+    put(std::string());
+    EXPECT_FALSE(cb_state_last_run(&ran, path.c_str()));
+}
+
 // A file with a good CRC and a time that no clock shows: differences of times would overflow.
 TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
     const box_rig rig = warm();
