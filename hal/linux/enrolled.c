@@ -77,28 +77,41 @@ static bool ask(const char *path, const struct question *question, struct answer
     return true;
 }
 
+/* out: the path of the next key; false: there is no other one, or errno is not 0. A folder that
+ * cannot be read to its end must not pass for one without keys. */
+static bool next_key(DIR *opened, const char *folder, char path[MOST_PATH]) {
+    const struct dirent *entry;
+    do {
+        errno = 0;
+        entry = readdir(opened);
+    } while (entry != NULL && !is_key_name(entry->d_name));
+    if (entry == NULL) return false;
+    snprintf(path, MOST_PATH, "%s/%s", folder, entry->d_name);
+    return true;
+}
+
+static struct answer report_folder(const char *folder, const struct message *message) {
+    report(message, "%s: cannot be read: %s; make this folder, or leave --keys out", folder,
+           strerror(errno));
+    return (struct answer){.keys = -1};
+}
+
 /* Asks every key of the folder: one that is damaged is reported, whatever the others say. */
 static struct answer ask_all(const char *folder, const struct question *question,
                              const struct message *message) {
     struct answer answer = {.keys = 0};
     char path[MOST_PATH];
     DIR *opened = opendir(folder);
-    if (opened == NULL) {
-        report(message, "%s: cannot be read: %s; make this folder, or leave --keys out", folder,
-               strerror(errno));
-        return (struct answer){.keys = -1};
-    }
-    for (const struct dirent *entry; answer.keys >= 0 && (entry = readdir(opened)) != NULL;) {
-        if (!is_key_name(entry->d_name)) continue;
-        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+    if (opened == NULL) return report_folder(folder, message);
+    while (answer.keys >= 0 && next_key(opened, folder, path))
         if (!ask(path, question, &answer, message)) answer.keys = -1;
-    }
+    if (answer.keys >= 0 && errno != 0) answer = report_folder(folder, message);
     closedir(opened);
     return answer;
 }
 
-/* Reads and parses PATH.minisig or PATH.minisig.new, and asks the keys. in: text[] for the
- * signature. out: as cb_enrolled_judge(), but never NONE */
+/* Reads and parses PATH.minisig or PATH.minisig.new, and asks the keys. out: as
+ * cb_enrolled_judge(), but never NONE */
 static enum cb_enrolled judge(const char *folder, const char *path, const char *suffix,
                               struct question question, const struct message *message) {
     char place[MOST_PATH], text[CB_MOST_SIGNATURE_TEXT];
@@ -133,7 +146,7 @@ enum cb_enrolled cb_enrolled_judge(const char *folder, const char *path, const v
     const struct message message = {text, size};
     const struct question question = {.bytes = bytes, .length = length};
     char other[MOST_PATH];
-    const int keys = cb_enrolled_count(folder, text, size);
+    const int keys = ask_all(folder, &question, &message).keys;
     if (keys <= 0) return keys < 0 ? CB_ENROLLED_REFUSED : CB_ENROLLED_NONE;
     if (judge(folder, path, CB_SIGNATURE_SUFFIX, question, &message) == CB_ENROLLED_SIGNED)
         return CB_ENROLLED_SIGNED;
@@ -142,10 +155,4 @@ enum cb_enrolled cb_enrolled_judge(const char *folder, const char *path, const v
         return CB_ENROLLED_REFUSED;
     report(&message, "%s", other);
     return CB_ENROLLED_SIGNED;
-}
-
-int cb_enrolled_count(const char *folder, char *message, size_t size) {
-    const struct message to = {message, size};
-    const struct question none = {.signature = NULL};
-    return ask_all(folder, &none, &to).keys;
 }

@@ -21,7 +21,4 @@ enum cb_enrolled {
 enum cb_enrolled cb_enrolled_judge(const char *folder, const char *path, const void *bytes,
                                    size_t length, char *message, size_t size);
 
-/* out: the number of keys; -1 and a sentence if the folder or one of them cannot be read */
-int cb_enrolled_count(const char *folder, char *message, size_t size);
-
 #endif

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """compboxd --keys: what an enrolled key has not signed, of another machine or older, is refused; the running file goes
 on. Signatures are those of `compbox sign`."""
+import errno
 import json
 import os
 import pathlib
@@ -183,6 +184,14 @@ def test_a_start_with_a_file_that_is_not_signed_is_refused(tmp_path, port, keys,
     assert run("--config", path, "--keys", keys, "--check")[0] == 1
     path.with_name("coefficients.json.minisig").write_text(signature(real_path, path.read_text()))
     assert run("--config", path, "--keys", keys, "--check") == (0, "")
+
+
+@pytest.mark.parametrize("call, skipped", [("opendir", 0), ("readdir", 0), ("readdir", 1)])
+def test_a_folder_that_cannot_be_read_is_not_one_without_keys(stage, tmp_path, port, keys, call, skipped):
+    path = machine.write_coefficients(tmp_path / "coefficients.json", port)
+    stage.fail(call, errno.EIO, times=1, skipped=skipped)
+    assert start(path, port, keys, "--check") == (1, f"compboxd: {keys}: cannot be read: Input/output error; make this "
+                                                     "folder, or leave --keys out\n")
 
 
 def test_a_folder_that_is_missing_is_refused_and_an_empty_one_takes_any_file(tmp_path, port):

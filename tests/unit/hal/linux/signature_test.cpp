@@ -157,7 +157,6 @@ TEST_F(enrolled, no_key_takes_any_file) {
     write("keys/.new.pub", "half a key that is being written");
     write("keys/.pub", "no name");
     EXPECT_EQ(judge("anything"), CB_ENROLLED_NONE);
-    EXPECT_EQ(cb_enrolled_count(keys().c_str(), message, sizeof message), 0);
 }
 
 TEST_F(enrolled, one_of_several_keys_is_enough) {
@@ -167,7 +166,6 @@ TEST_F(enrolled, one_of_several_keys_is_enough) {
     write("keys/plant.pub", plant_key);
     write("keys/same.pub", plant_key);
     EXPECT_EQ(judge(), CB_ENROLLED_SIGNED);
-    EXPECT_EQ(cb_enrolled_count(keys().c_str(), message, sizeof message), 3);
 }
 
 TEST_F(enrolled, names_the_key) {
