@@ -2,10 +2,11 @@
  * Public keys and signatures in the format of minisign: two and four lines of text. All
  * cryptography is libsodium's.
  *
- *   untrusted comment: …                   no key vouches for this line
- *   base64 of "Ed" ID KEY                  a public key; or, of a signature:
- *   base64 of "ED" ID SIGNATURE            of the BLAKE2b-512 of the file ("Ed": of the file
- * itself) trusted comment: TEXT base64 of the signature of SIGNATURE TEXT
+ *   untrusted comment: …          no key vouches for this line
+ *   base64 of "Ed" ID KEY         a public key; or, of a signature:
+ *   base64 of "ED" ID SIGNATURE   of the file's BLAKE2b-512 ("Ed": of the file itself)
+ *   trusted comment: TEXT
+ *   base64 of the signature of SIGNATURE TEXT
  */
 #ifndef COMPBOX_HAL_LINUX_SIGNATURE_H
 #define COMPBOX_HAL_LINUX_SIGNATURE_H

@@ -16,7 +16,8 @@ NO_BLAS = os.environ.get("NO_BLAS_LIBRARY", str(ROOT / "build/host/tests/cli/lib
 AXES = {"X": "0,1000,900", "Y": "0,0,700", "Z": "0,-150,400"}
 HERE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "TZ": "UTC", "LC_ALL": "C", "LANG": "C"}
 ELSEWHERE = {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4", "TZ": "Pacific/Kiritimati", "LC_ALL": "de_DE.UTF-8",
-             "LANG": "tr_TR.UTF-8", "LANGUAGE": "de", "LD_PRELOAD": f"{NO_BLAS}:/usr/$LIB/faketime/libfaketime.so.1", "FAKETIME": "@2031-02-28 23:59:58",
+             "LANG": "tr_TR.UTF-8", "LANGUAGE": "de",
+             "LD_PRELOAD": f"{NO_BLAS}:/usr/$LIB/faketime/libfaketime.so.1", "FAKETIME": "@2031-02-28 23:59:58",
              "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2"}
 ROWS = ("steps.csv", "--outputs", "ch1_um,ch2_um", "--inputs", "t1_degC,t5_degC,spindle_rpm", "--run-column",
         "spindle_rpm")
@@ -90,8 +91,8 @@ def test_identify_volumetric_and_build(places):
 def test_identify_by_many_runs_of_a_seed(places):
     for place in places:
         place.run("assemble", *(f"linesX/P{number}{along}.rtl" for number in "123" for along in "xyz"), "-o", "X.csv")
-        place.run("identify", "X.csv", "--axis", "X", "--points", "X.plan.json", "--monte-carlo", 200, "--seed", 3, "-o",
-                  "identified/X")
+        place.run("identify", "X.csv", "--axis", "X", "--points", "X.plan.json", "--monte-carlo", 200, "--seed", 3,
+                  "-o", "identified/X")
     assert_same(places, "identified/X/EAX.csv")
 
 
