@@ -25,7 +25,15 @@
  * A probe that moves y by less than its gain K, because of the step's limit, tells the filter less.
  * With the gain s K the covariance becomes P - s (2 - s) K S K', the same as after a probe whose
  * noise is larger: r' = r + S (1 / (s (2 - s)) - 1). So P does not promise more than b and g hold.
- */
+ *
+ * The model's own sigma (models/sigma.h). P describes what b and g have to explain since the last
+ * probe at the place z': b's drift stands for e0 there. At another place the error of the model
+ * differs by e(x) - e(x'), which b has to explain too, and which has the variance (2) of that file,
+ * independent of P to first order: the probe at z' has measured e0 + a z', not its parts. So b's
+ * variance at a probe is bias_d + (2). A model of which nothing was measured has e(x) itself to be
+ * explained: bias_d is (1) if it was less, because both are of the same error.
+ * Both go into P and not beside the noise r: the larger they are, the larger S, and the more of the
+ * innovation b takes. A probe that is not taken leaves P as it was. */
 #include "models/adapt.h"
 
 #include "models/num.h"
@@ -37,15 +45,6 @@ static const float MOST_U = 9e6f;       /* µm */
 static const float MOST_HOURS = 1e4f;   /* in one wait */
 static const float EARLY = 0.99999f;    /* hours are rounded: a minute may be 59.9999 s */
 static const float GATE_SQUARED = 9.0f; /* three standard deviations */
-
-/* out: sqrt(x) within 2 ulp for x in 1e-30 … 1e30, 0 for less or NaN. Newton's steps from a guess
- *      that halves the exponent, within 4 %: no libm, the same bits on every target. */
-static float root(float x) {
-    if (!(x > 1e-30f)) return 0.0f;
-    float y = cb_float_of(0x1FBD1DF5u + (cb_bits_of(x) >> 1));
-    for (int i = 0; i < 3; ++i) y = 0.5f * (y + x / y);
-    return y;
-}
 
 static float bounded_variance(float variance, float most) {
     return cb_clamp(variance, LEAST_VARIANCE, most);
@@ -66,6 +65,16 @@ static struct outlook look(const struct cb_adapt *state, float m) {
     return at;
 }
 
+/* out: the variance of b by bias_d at the place `own`: see the proof. own: NULL, or of any model */
+static float widened(const struct cb_adapt *state, const struct cb_sigma *own) {
+    if (!own || own->model == 0) return state->bias_d;
+    if (own->model != state->model)
+        return cb_max(state->bias_d,
+                      bounded_variance(cb_sigma_variance(own), MOST_BIAS_VARIANCE));
+    return bounded_variance(state->bias_d + cb_sigma_change(own, state->place),
+                            MOST_BIAS_VARIANCE);
+}
+
 void cb_adapt_start(struct cb_adapt *state) {
     *state = (struct cb_adapt){.bias_d = 1.0f, .gain_d = 0.25f, .since_h = FLT_MAX};
 }
@@ -81,7 +90,11 @@ static bool is_valid(const struct cb_adapt *state) {
                         cb_is_finite(state->innovation_um) && state->expected_um >= 0.0f;
     const bool sums = state->above >= 0.0f && state->above <= FLT_MAX && state->below >= 0.0f &&
                       state->below <= FLT_MAX;
-    return variances && times && values && sums && state->pending <= 2 && state->asked <= 1;
+    bool places = true;
+    for (unsigned d = 0; d < CB_SIGMA_DIRECTIONS; ++d)
+        places = places && cb_abs(state->place[d]) <= CB_SIGMA_MOST_PLACE;
+    return variances && times && values && sums && places && state->pending <= 2 &&
+           state->asked <= 1;
 }
 
 void cb_adapt_resume(const struct cb_adapt_settings *settings, struct cb_adapt *state) {
@@ -171,6 +184,14 @@ static bool agrees(const struct cb_adapt_settings *settings, const struct cb_ada
     return off * off <= GATE_SQUARED * variance;
 }
 
+/* out: true if the error can be explained inside of the bounds, but for the probe's noise */
+static bool is_reachable(const struct cb_adapt_settings *settings, const struct cb_adapt *state,
+                         float innovation_um, float m) {
+    const float error_um = innovation_um + (state->bias_um + state->gain * m);
+    return cb_abs(error_um) <=
+           settings->bias_max_um + settings->gain_max * cb_abs(m) + 3.0f * settings->sigma_um;
+}
+
 static float median(float a, float b, float c) {
     return cb_max(cb_min(a, b), cb_min(cb_max(a, b), c));
 }
@@ -188,7 +209,8 @@ static void take_outside(const struct cb_adapt_settings *settings, struct cb_ada
 
 static enum cb_adapt_outcome judge_outside(const struct cb_adapt_settings *settings,
                                            struct cb_adapt *state, float innovation_um, float m) {
-    if (state->pending > 0 && agrees(settings, state, innovation_um, m)) {
+    if (state->pending > 0 && agrees(settings, state, innovation_um, m) &&
+        is_reachable(settings, state, innovation_um, m)) {
         take_outside(settings, state, innovation_um, m);
         return CB_ADAPT_CONFIRMED;
     }
@@ -207,21 +229,42 @@ static bool is_plausible(float um) {
     return cb_abs(um) <= CB_ADAPT_MOST_UM;
 }
 
-enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
-                                     struct cb_adapt *state, float probed_um, float model_um) {
-    if (!is_plausible(probed_um) || !is_plausible(model_um)) return CB_ADAPT_IMPLAUSIBLE;
-    const bool early = state->since_h * 3600.0f < settings->min_interval_s * EARLY;
-    if (early && !state->asked) return CB_ADAPT_EARLY;
-    const float m = model_um;
+/* One probe that is neither implausible nor early. */
+static enum cb_adapt_outcome judge(const struct cb_adapt_settings *settings, struct cb_adapt *state,
+                                   float probed_um, float m) {
     const float innovation_um = probed_um - (state->bias_um + (1.0f + state->gain) * m);
     state->innovation_um = innovation_um;
-    state->expected_um = root(settings->sigma_um * settings->sigma_um + look(state, m).s);
+    state->expected_um = cb_root(settings->sigma_um * settings->sigma_um + look(state, m).s);
     if (!is_inside(settings, state, innovation_um, m))
         return judge_outside(settings, state, innovation_um, m);
     take(settings, state, innovation_um, m);
     state->pending = 0;
     state->asked = 0;
     return CB_ADAPT_TAKEN;
+}
+
+/* The last probe that was taken was at the place `own`. */
+static void remember(struct cb_adapt *state, const struct cb_sigma *own) {
+    if (!own || own->model == 0) return;
+    state->model = own->model;
+    for (unsigned d = 0; d < CB_SIGMA_DIRECTIONS; ++d)
+        state->place[d] = cb_clamp(own->place[d], -CB_SIGMA_MOST_PLACE, CB_SIGMA_MOST_PLACE);
+}
+
+enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
+                                     struct cb_adapt *state, float probed_um, float model_um,
+                                     const struct cb_sigma *own) {
+    if (!is_plausible(probed_um) || !is_plausible(model_um)) return CB_ADAPT_IMPLAUSIBLE;
+    const bool early = state->since_h * 3600.0f < settings->min_interval_s * EARLY;
+    if (early && !state->asked) return CB_ADAPT_EARLY;
+    const float narrow_d = state->bias_d;
+    state->bias_d = widened(state, own);
+    const enum cb_adapt_outcome outcome = judge(settings, state, probed_um, model_um);
+    if (cb_adapt_was_taken(outcome))
+        remember(state, own);
+    else
+        state->bias_d = narrow_d;
+    return outcome;
 }
 
 /* out: a little less than bias_max + gain_max |m|, at least 0 (see the proof of (1)) */
@@ -236,6 +279,8 @@ float cb_adapt_value(const struct cb_adapt_settings *settings, float bias_um, fl
     return cb_clamp(model_um + (bias_um + gain * model_um), model_um - most, model_um + most);
 }
 
-float cb_adapt_sigma(const struct cb_adapt *state, float model_um) {
-    return root(look(state, model_um).s);
+float cb_adapt_sigma(const struct cb_adapt *state, float model_um, const struct cb_sigma *own) {
+    struct cb_adapt here = *state;
+    here.bias_d = widened(state, own);
+    return cb_root(look(&here, model_um).s);
 }

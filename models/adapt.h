@@ -18,6 +18,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "models/sigma.h"
+
 /* A measurement or model value beyond this size is implausible. */
 #define CB_ADAPT_MOST_UM 1e6f
 
@@ -43,6 +45,8 @@ struct cb_adapt {
     float expected_um;    /* … and the root of its variance S; 0: no probe was judged */
     float pending_um[2];  /* innovations outside of the gate, not yet resolved, the oldest first */
     float pending_h;      /* age of the newest one */
+    float place[CB_SIGMA_DIRECTIONS]; /* of the model at the last probe that was taken … */
+    uint32_t model;       /* … and which model (struct cb_sigma); 0: none was, or it states none */
     float above, below;   /* CUSUM of the normalised innovations of taken probes, >= 0 */
     uint8_t pending;      /* their number, 0 … 2 */
     uint8_t asked;        /* 1: a repetition was asked for */
@@ -53,7 +57,7 @@ struct cb_adapt {
 #else
 #define CB_ADAPT_ASSERT _Static_assert
 #endif
-CB_ADAPT_ASSERT(sizeof(struct cb_adapt) == 56, "stored as it is");
+CB_ADAPT_ASSERT(sizeof(struct cb_adapt) == 76, "stored as it is");
 
 /* Result of one probe. */
 enum cb_adapt_outcome {
@@ -84,12 +88,16 @@ void cb_adapt_wait(const struct cb_adapt_settings *settings, struct cb_adapt *st
 
 /* One probe, after cb_adapt_wait() for the time until it.
  * in : probed_um, any float: the whole error that the model has to explain; model_um, any float: m
- *      at the probe
+ *      at the probe; own: the model's own sigma there, |place| <= CB_SIGMA_MOST_PLACE; NULL: it
+ *      states none
  * out: the outcome. S is the variance of the innovation. Inside of 3 sqrt(S) the probe is taken
  * alone, and pending ones are dropped. Two outside agree if they differ by no more than three
- * standard deviations of their noise and of the drift between them; then the newer one is taken. */
+ * standard deviations of their noise and of the drift between them; then the newer one is taken.
+ * Two that the bounds of b and g do not reach contradict what the settings state of the machine: a
+ * third is asked for, and the median taken, although they agree. */
 enum cb_adapt_outcome cb_adapt_probe(const struct cb_adapt_settings *settings,
-                                     struct cb_adapt *state, float probed_um, float model_um);
+                                     struct cb_adapt *state, float probed_um, float model_um,
+                                     const struct cb_sigma *own);
 
 /* The probes that are taken differ from the prediction to one side for longer than chance and the
  * stated drifts allow: the model no longer fits the machine, or a bound holds it back. Each taken
@@ -107,7 +115,8 @@ static inline float cb_adapt_cusum(const struct cb_adapt *state) {
 float cb_adapt_value(const struct cb_adapt_settings *settings, float bias_um, float gain,
                      float model_um);
 
-/* out: standard deviation of y at this m by the covariance, µm, >= 0, without the probe's noise */
-float cb_adapt_sigma(const struct cb_adapt *state, float model_um);
+/* in : own as in cb_adapt_probe()
+ * out: standard deviation of y at this m and place, µm, >= 0, without the probe's noise */
+float cb_adapt_sigma(const struct cb_adapt *state, float model_um, const struct cb_sigma *own);
 
 #endif

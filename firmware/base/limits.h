@@ -27,6 +27,8 @@ enum {
                                each time constant, and a warm-up needs eight to twelve */
     CB_MAX_BANK_TAUS = 32,  /* of one bank: from a minute to a day in steps of a fourth */
     CB_MAX_BANK_POWER = 4,  /* the loss of a spindle rises with the cube of its speed at most */
+    CB_MAX_DIRECTIONS = 4,  /* of the sigma of one bank: the leading ones, each with as many floats
+                               as the bank has columns */
     CB_MAX_ADAPTS = 8,      /* terms adapted by probes: one of each axis, and rotary ones */
     CB_MAX_BRANCHES = 32,   /* curves with a backward branch: 18 errors of three axes, drive cams */
     CB_MAX_CURVE_POINTS = 1024,   /* control points, coefficients or support points of one curve */

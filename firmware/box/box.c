@@ -271,7 +271,7 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
 
 /* The outputs are those of the last step, which the PLC has. */
 static void take_probes(struct cb_box *box) {
-    const struct cb_probe_outputs outputs = {box->outputs, box->channels,
+    const struct cb_probe_outputs outputs = {box->outputs, box->channels, &box->sigma,
                                              box->plc.contact == CB_CONTACT_KNOWN};
     cb_probes_step(&box->config, box->signals, &outputs, box->terms, box->probes, &box->counters,
                    box->life.now_us);
@@ -281,6 +281,8 @@ static void compute(struct cb_box *box, struct step *step) {
     const float fade_um = box->config.ramp_um_per_s * seconds(box, step);
     step->terms = cb_terms_evaluate(&box->config, box->signals, &box->bank, box->terms,
                                     &box->counters, fade_um, box->outputs);
+    if (box->config.sigma_rows > 0)
+        cb_sigma_step(&box->config, box->signals, &box->bank, &box->sigma, box->life.now_us);
     if (box->config.adapts_count > 0) take_probes(box);
     step->demand = cb_channels_want(&box->config, box->outputs, box->channels, &box->counters);
     if (box->config.slopes_count > 0)

@@ -31,6 +31,7 @@
 #include "firmware/signals/lead.h"
 #include "firmware/signals/sensors.h"
 #include "firmware/signals/signals.h"
+#include "firmware/terms/sigma.h"
 #include "firmware/terms/terms.h"
 
 enum {
@@ -79,6 +80,7 @@ struct cb_box {
     struct cb_sensors_state sensors;
     struct cb_bank_state bank; /* lags of all banks */
     struct cb_term_state terms[CB_MAX_TERMS];
+    struct cb_sigma_state sigma;                 /* of terms with a bank */
     struct cb_probe_state probes[CB_MAX_ADAPTS]; /* by the order of config.adapts */
     float outputs[CB_MAX_OUTPUTS];               /* term outputs of the last step, µm or µrad */
     struct cb_channel_state channels[CB_MAX_CHANNELS];

@@ -43,6 +43,17 @@ static void pass_time(const struct cb_adapt_settings *settings, struct cb_probe_
     probe->timed = true;
 }
 
+float cb_probe_sigma(const struct cb_config *config, unsigned index,
+                     const struct cb_probe_state *probe, const struct cb_sigma_state *sigma,
+                     const float *outputs, int64_t now_us) {
+    CB_ASSERT(index < config->adapts_count);
+    const struct cb_adapt_config *adapt = &config->terms[config->adapts[index]].as.adapt;
+    const struct cb_sigma model = cb_sigma_of(config, sigma, adapt->output);
+    struct cb_probe_state now = *probe;
+    pass_time(&adapt->settings, &now, now_us);
+    return cb_adapt_sigma(&now.filter, outputs[adapt->output], &model);
+}
+
 /* Reads the count.
  * out: true if there is a new measurement */
 static bool is_new(const struct cb_signal_state *count, struct cb_probe_state *probe) {
@@ -136,8 +147,9 @@ static void take(const struct cb_config *config, unsigned term,
         note(probe, counters, false, false);
         return;
     }
-    const enum cb_adapt_outcome outcome =
-        cb_adapt_probe(&adapt->settings, &probe->filter, error.um, outputs->terms[adapt->output]);
+    const struct cb_sigma model = cb_sigma_of(config, outputs->sigma, adapt->output);
+    const enum cb_adapt_outcome outcome = cb_adapt_probe(
+        &adapt->settings, &probe->filter, error.um, outputs->terms[adapt->output], &model);
     note(probe, counters, cb_adapt_was_taken(outcome), outcome == CB_ADAPT_ASK);
     states[term].adapted.to_bias_um = probe->filter.bias_um;
     states[term].adapted.to_gain = probe->filter.gain;

@@ -19,6 +19,7 @@
 #include "firmware/base/counters.h"
 #include "firmware/box/limiter.h"
 #include "firmware/signals/signals.h"
+#include "firmware/terms/sigma.h"
 #include "firmware/terms/terms.h"
 #include "models/adapt.h"
 
@@ -45,6 +46,7 @@ void cb_probes_start(struct cb_probe_state *probes);
 struct cb_probe_outputs {
     const float *terms;                      /* of this step */
     const struct cb_channel_state *channels; /* with the last outputs, before they move */
+    const struct cb_sigma_state *sigma;      /* of this step */
     bool known; /* the PLC has the last outputs (limiter.h: between possible_min and _max) */
 };
 
@@ -62,6 +64,13 @@ void cb_probes_step(const struct cb_config *config, const struct cb_signal_state
 /* out: index in config->adapts of the first term whose probes differ from it to one side
  *      (cb_adapt_cusum); CB_NONE: there is none */
 unsigned cb_probes_drifted(const struct cb_config *config, const struct cb_probe_state *probes);
+
+/* in : the probe, sigma and outputs of one step; index in config->adapts; now_us, since that step
+ * out: standard deviation of the term's value now, µm, by what its probe has not shown and by the
+ *      model's own sigma */
+float cb_probe_sigma(const struct cb_config *config, unsigned index,
+                     const struct cb_probe_state *probe, const struct cb_sigma_state *sigma,
+                     const float *outputs, int64_t now_us);
 
 /* out: true if a probe waits for its repetition */
 bool cb_probes_ask(const struct cb_config *config, const struct cb_probe_state *probes);

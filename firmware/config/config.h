@@ -40,6 +40,8 @@ struct cb_config {
     uint16_t bank_lags_count; /* lags of all banks together */
     /* derived (derive.h) */
     uint8_t grids_count, other_terms_count, plain_count;
+    uint16_t sigma_rows;               /* rows of banks in a step of terms/sigma.h; 0: none states a
+                                          sigma */
     uint32_t plain_age_us;             /* the smallest maximum age of plain signals */
     uint8_t other_terms[CB_MAX_TERMS]; /* all terms except plain curves, in order */
     uint8_t adapts_count;

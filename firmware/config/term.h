@@ -9,6 +9,7 @@
 
 #include "firmware/base/limits.h"
 #include "models/adapt.h"
+#include "models/sigma.h"
 
 /* A curve of one signal. Pool layout: B-spline and polyline: breaks[spans+1], coefficients
  * [spans*(degree+1)]; polynomial: coefficients[degree+1]. With reversal_mm > 0 it is the branch for
@@ -51,7 +52,12 @@ struct cb_bank_config {
     uint8_t taus_count;
     bool unlagged; /* the first time constant is 0: the input itself */
     bool trained;
+    uint8_t outputs, directions; /* of its term; of its sigma */
+    uint16_t sigma;              /* pool: floor_um[outputs], along_um[outputs], offsets[directions],
+                                    weights[directions][columns] */
+    uint32_t model; /* check sum of weights, biases and sigma, not 0; 0: no sigma is stated */
 };
+_Static_assert(CB_MAX_DIRECTIONS == (int)CB_SIGMA_DIRECTIONS, "as models/ has room for");
 
 /* Another term's output times (signal - origin). */
 struct cb_product_config {

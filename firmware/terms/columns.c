@@ -2,37 +2,6 @@
 #include "firmware/terms/columns.h"
 
 #include "firmware/terms/ranges.h"
-#include "models/power.h"
-
-/* One pass over the columns, in their order. */
-struct columns {
-    const float *weight;           /* of the next column and the first output … */
-    unsigned apart;                /* … and the distance to that of the next output */
-    const struct cb_bank_lag *lag; /* of the next column that has one */
-};
-
-/* out: number of products of the first `inputs` inputs and their powers */
-static unsigned rows_of(const uint8_t *sets, unsigned inputs) {
-    unsigned rows = 0;
-    for (unsigned i = 0; i < inputs; ++i) rows += cb_bank_powers(sets[i]);
-    return rows;
-}
-
-/* Adds the next column to every output. */
-CB_INLINE void add(struct columns *columns, float x, float *value, unsigned outputs) {
-    const float *weight = columns->weight++;
-    for (unsigned k = 0; k < outputs; ++k, weight += columns->apart) value[k] += *weight * x;
-}
-
-/* Adds the columns of one power of an input. in : now, that of the input itself */
-static void add_row(struct columns *columns, const struct cb_bank_config *bank,
-                    const struct cb_signal_config *signal, unsigned power, float now, float *value,
-                    unsigned outputs) {
-    const struct cb_interval range = cb_power_range(signal->min, signal->max, power);
-    if (bank->unlagged) add(columns, now, value, outputs);
-    for (unsigned t = bank->unlagged; t < bank->taus_count; ++t)
-        add(columns, cb_clamp(columns->lag++->hi, range.min, range.max), value, outputs);
-}
 
 uint8_t cb_columns_value(const struct cb_evaluation *e, const struct cb_term_config *term,
                          float *value) {
@@ -40,8 +9,8 @@ uint8_t cb_columns_value(const struct cb_evaluation *e, const struct cb_term_con
     const struct cb_bank_config *const bank = &e->config->banks[linear->bank];
     const uint8_t *const inputs = e->config->links + bank->inputs.link;
     const uint8_t *const sets = cb_bank_sets(e->config, bank);
-    struct columns columns = {e->config->pool + linear->pool,
-                              rows_of(sets, bank->inputs.count) * bank->taus_count,
+    struct cb_columns columns = {e->config->pool + linear->pool,
+                              cb_columns_rows(sets, bank->inputs.count) * bank->taus_count,
                               e->bank->lags + bank->lags};
     const struct cb_training_range *range = cb_ranges_at(e->config, bank->ranges);
     struct cb_training_verdict verdict = CB_NO_VERDICT;
@@ -54,7 +23,7 @@ uint8_t cb_columns_value(const struct cb_evaluation *e, const struct cb_term_con
             bank->trained ? cb_range_hold(range++, i, signal->used, &verdict) : signal->used;
         for (unsigned power = 1; sets[i] >> (power - 1) != 0; ++power) {
             if (!(sets[i] >> (power - 1) & 1u)) continue;
-            add_row(&columns, bank, &e->config->signals[inputs[i]], power, cb_power(x, power),
+            cb_columns_add(&columns, bank, &e->config->signals[inputs[i]], power, cb_power(x, power),
                     value, term->outputs);
         }
     }
@@ -68,9 +37,9 @@ static void unlagged_slope(const struct cb_slope_pass *pass, const struct cb_ter
     const struct cb_linear_config *const linear = &term->as.linear;
     const struct cb_bank_config *const bank = &pass->e.config->banks[linear->bank];
     const uint8_t *const sets = cb_bank_sets(pass->e.config, bank);
-    const unsigned columns = rows_of(sets, bank->inputs.count) * bank->taus_count;
+    const unsigned columns = cb_columns_rows(sets, bank->inputs.count) * bank->taus_count;
     const float *of_power =
-        pass->e.config->pool + linear->pool + rows_of(sets, input) * bank->taus_count;
+        pass->e.config->pool + linear->pool + cb_columns_rows(sets, input) * bank->taus_count;
     for (unsigned power = 1; sets[input] >> (power - 1) != 0; ++power) {
         if (!(sets[input] >> (power - 1) & 1u)) continue;
         const float rate = power > 1 ? (float)power * cb_power(x, power - 1) : 1.0f;

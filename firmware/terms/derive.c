@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * Derived values of terms, which every step needs: the grids, each with its curves. */
 #include "firmware/base/assert.h"
+#include "firmware/terms/columns.h"
 #include "firmware/terms/curves.h"
 #include "firmware/terms/kinds.h"
+#include "firmware/terms/sigma.h"
 
 /* out: true for a curve of pieces without branches */
 static bool is_plain(const struct cb_term_config *term) {
@@ -111,6 +113,30 @@ static void derive_adapts(struct cb_config *config) {
     }
 }
 
+/* No direction is summed outside of the pool. in: rows of the bank */
+static void assert_sigma(const struct cb_bank_config *bank, unsigned rows) {
+    const unsigned floats = 2u * bank->outputs + bank->directions +
+                            (unsigned)bank->directions * rows * bank->taus_count;
+    CB_ASSERT(bank->outputs >= 1);
+    CB_ASSERT(bank->outputs <= CB_MAX_TERM_OUTPUTS);
+    CB_ASSERT(bank->directions <= CB_MAX_DIRECTIONS);
+    CB_ASSERT(bank->sigma + floats <= CB_POOL_FLOATS);
+}
+
+/* A pass over the rows of all banks with a sigma takes a second, or a row in each step. */
+static void derive_sigma(struct cb_config *config) {
+    uint64_t rows = 0;
+    for (unsigned i = 0; i < config->banks_count; ++i) {
+        const struct cb_bank_config *bank = &config->banks[i];
+        const unsigned own = cb_columns_rows(cb_bank_sets(config, bank), bank->inputs.count);
+        if (bank->model == 0) continue;
+        assert_sigma(bank, own);
+        rows += own;
+    }
+    config->sigma_rows =
+        (uint16_t)((rows * config->period_us + CB_SIGMA_PASS_US - 1) / CB_SIGMA_PASS_US);
+}
+
 void cb_terms_derive(struct cb_config *config) {
     bool placed[CB_MAX_TERMS] = {false};
     unsigned curves = 0;
@@ -124,6 +150,7 @@ void cb_terms_derive(struct cb_config *config) {
             curves += make_grid(config, i, placed, config->plain_curves + curves);
     }
     derive_adapts(config);
+    derive_sigma(config);
     for (unsigned i = 0; i < config->outputs_count; ++i)
         config->output_terms[i] = config->outputs[i].term;
 }

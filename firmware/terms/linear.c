@@ -5,9 +5,10 @@
 #include "firmware/terms/columns.h"
 #include "firmware/terms/kind.h"
 #include "firmware/terms/load.h"
+#include "firmware/terms/sigma.h"
 #include "models/num.h"
 
-enum { OUTPUTS = CB_TERM_COMMON_KEYS, INPUTS, WEIGHTS, CONSTANT, BANK, KEYS };
+enum { OUTPUTS = CB_TERM_COMMON_KEYS, INPUTS, WEIGHTS, CONSTANT, BANK, SIGMA, KEYS };
 static const struct cb_field FIELDS[KEYS] = {
     CB_TERM_COMMON_FIELDS,
     [OUTPUTS] = {"outputs", CB_FIELD_ARRAY, false, CB_NOT_STORED},
@@ -15,6 +16,7 @@ static const struct cb_field FIELDS[KEYS] = {
     [WEIGHTS] = {"weights", CB_FIELD_ARRAY, false, CB_NOT_STORED},
     [CONSTANT] = {"constant", CB_FIELD_ANY, false, CB_NOT_STORED},
     [BANK] = {"bank", CB_FIELD_OBJECT, false, CB_NOT_STORED},
+    [SIGMA] = {"sigma", CB_FIELD_OBJECT, false, CB_NOT_STORED},
 };
 
 /* in : weights[inputs], constant
@@ -40,6 +42,9 @@ static bool check_keys(struct cb_loader *loader, uint32_t at, const uint32_t *sl
         if (!bank && slots[key] == CB_ABSENT && key != CONSTANT)
             return cb_fail(loader, CB_ERROR_KEY, at, "the key %s is missing", FIELDS[key].key);
     }
+    if (!bank && slots[SIGMA] != CB_ABSENT)
+        return cb_fail(loader, CB_ERROR_KEY, slots[SIGMA],
+                       "only a term with a bank states its sigma; omit it");
     if (bank || slots[OUTPUTS] == CB_ABSENT) return true;
     return cb_fail(loader, CB_ERROR_KEY, slots[OUTPUTS],
                    "without a bank a linear term has one output, which has its name; omit it");
@@ -52,7 +57,9 @@ static bool load(struct cb_loader *loader, uint32_t at, const uint32_t *slots,
     struct cb_linear_config *linear = &term->as.linear;
     float *weights = loader->scratch->values;
     if (!check_keys(loader, at, slots)) return false;
-    if (slots[BANK] != CB_ABSENT) return cb_columns_load(loader, at, slots[BANK], term);
+    if (slots[BANK] != CB_ABSENT)
+        return cb_columns_load(loader, at, slots[BANK], term) &&
+               (slots[SIGMA] == CB_ABSENT || cb_sigma_load(loader, at, slots[SIGMA], term));
     if (!cb_read_inputs(loader, slots[INPUTS], CB_MAX_SIGNALS, &linear->inputs)) return false;
     if (!cb_read_vector(loader, slots[WEIGHTS], linear->inputs.count, "inputs", weights))
         return false;
@@ -99,7 +106,8 @@ static void slope(const struct cb_slope_pass *pass, const struct cb_term_config 
     if (i < linear->inputs.count) slope[0] = pass->e.config->pool[linear->pool + i];
 }
 
-static const struct cb_term_part PARTS[] = {{"bank", &cb_bank_object}, {0, 0}};
+static const struct cb_term_part PARTS[] = {
+    {"bank", &cb_bank_object}, {"sigma", &cb_sigma_object}, {0, 0}};
 
 const struct cb_term_kind cb_term_linear = {
     .object = {FIELDS, KEYS},

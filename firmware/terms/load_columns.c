@@ -137,10 +137,7 @@ static bool take_memory(struct cb_loader *loader, uint32_t at, uint32_t rows, ui
 
 /* ---- bounds ---- */
 
-/* in : weights of the bank's columns, of one output
- * out: bound of the sum of these columns while the signals are within min … max. A power is at most
- *      1e36, because signals are within 1e9. */
-static float largest_sum(const struct cb_config *config, const struct cb_bank_config *bank,
+float cb_columns_largest(const struct cb_config *config, const struct cb_bank_config *bank,
                          const float *weights) {
     float sum = 0.0f;
     for (uint32_t i = 0; i < bank->inputs.count; ++i) {
@@ -164,7 +161,7 @@ static bool check_sums(struct cb_loader *loader, uint32_t weights_at, uint32_t c
     const float *const weights = loader->config->pool + term->as.linear.pool;
     for (uint32_t k = 0; k < term->outputs; ++k) {
         const float bias = cb_abs(weights[term->outputs * columns + k]);
-        const float most = largest_sum(loader->config, bank, weights + k * columns) + bias;
+        const float most = cb_columns_largest(loader->config, bank, weights + k * columns) + bias;
         if (!(most <= cb_number_of(CB_MOST_NUMBER)))
             return cb_fail(loader, CB_ERROR_RANGE, cb_list_at(loader, weights_at, k),
                            "between min and max of its signals this sum exceeds 1e9 µm");
@@ -211,6 +208,7 @@ bool cb_columns_load(struct cb_loader *loader, uint32_t at, uint32_t bank_at,
         !check_sums(loader, slots[WEIGHTS], columns, bank, term) ||
         !read_ranges(loader, bank_at, slots, bank))
         return false;
+    bank->outputs = term->outputs;
     linear->inputs = bank->inputs;
     linear->has_bank = true;
     linear->bank = config->banks_count++;

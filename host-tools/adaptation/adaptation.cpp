@@ -8,6 +8,7 @@
 #include "host-tools/formats/json.h"
 #include "host-tools/formats/numbers.h"
 #include "host-tools/formats/probe_names.h"
+#include "host-tools/training/bank_sigma.h"
 
 namespace compbox::adaptation {
 
@@ -50,6 +51,27 @@ error_series series_of(const train_result &result, const predicted_rows &rows) {
         series.run.push_back(rows.run[i]);
     }
     return series;
+}
+
+// out: the model's own sigma at rows of its columns, of one output; nothing if it states none
+std::vector<cb_sigma> own_sigmas(const train_result &result, std::size_t output,
+                                 const Eigen::MatrixXd &x) {
+    std::vector<cb_sigma> all;
+    if (result.network_better[output] || !has_sigma(result)) return all;
+    const auto k = static_cast<Eigen::Index>(output);
+    const bank_sigma sigma = sigma_of_bank(result);
+    const Eigen::MatrixXd places = places_of(sigma, x);
+    for (Eigen::Index r = 0; r < places.rows(); ++r) {
+        cb_sigma own{};
+        own.floor_um = static_cast<float>(sigma.floor_um[k]);
+        own.along_um = static_cast<float>(sigma.along_um[k]);
+        own.model = 1;
+        for (Eigen::Index d = 0; d < places.cols(); ++d) {
+            own.place[d] = static_cast<float>(places(r, d));
+        }
+        all.push_back(own);
+    }
+    return all;
 }
 
 // out: predictions of each row left out, by a model trained without its run; where evidence chose
@@ -303,7 +325,8 @@ std::vector<adapted_output> adapt_outputs(const train_result &result,
     std::vector<adapted_output> all;
     for (std::size_t k = 0; k < result.data.outputs.size(); ++k) {
         adapted_output adapted = named_output(result, options, k);
-        const error_series learnt = series_of(result, left_out_rows(result, k));
+        error_series learnt = series_of(result, left_out_rows(result, k));
+        learnt.own = own_sigmas(result, k, result.learn.x);
         const std::size_t probes =
             simulate_probes(learnt, settings_of({}, 1.0, 0.1, 1.0), {every_s.back()}).probes;
         if (probes < least_probes) {
@@ -315,8 +338,11 @@ std::vector<adapted_output> adapt_outputs(const train_result &result,
         }
         choose_settings(adapted, learnt, every_s, options);
         adapted.held_out = result.test.x.rows() > 0;
-        const error_series shown =
-            adapted.held_out ? series_of(result, held_out_rows(result, k)) : learnt;
+        error_series shown = learnt;
+        if (adapted.held_out) {
+            shown = series_of(result, held_out_rows(result, k));
+            shown.own = own_sigmas(result, k, result.test.x);
+        }
         adapted.nothing = left_by(shown.error_um);
         adapted.model = left_by(model_residuals(shown));
         for (const double interval_s : every_s) {

@@ -56,7 +56,18 @@ class timetable {
 struct measurement {
     double after_h, error_um, model_um;
     bool begins;
+    double own_um2;  // variance by the model's own sigma: of the change since the one before; of a
+                     // first one of the error itself
 };
+
+// out: the variance by which the model may be off at the row, beside what was known at the row
+//      `before`; nothing was if this one begins
+double own_variance(const error_series &series, std::size_t row, std::size_t before, bool begins) {
+    if (series.own.empty()) return 0.0;
+    const cb_sigma &own = series.own[row];
+    return static_cast<double>(begins ? cb_sigma_variance(&own)
+                                      : cb_sigma_change(&own, series.own[before].place));
+}
 
 std::vector<measurement> measurements_at(const error_series &series, double interval_s) {
     std::vector<measurement> all;
@@ -64,13 +75,14 @@ std::vector<measurement> measurements_at(const error_series &series, double inte
     how.interval_s = interval_s;
     timetable times(how);
     double last_s = 0.0;
+    std::size_t last = 0;
     bool begins = true;
     for (std::size_t r = 0; r < series.rows(); ++r) {
         if (series.begins[r]) last_s = series.time_s[r], begins = true;
         if (!times.is_due(series.time_s[r], series.begins[r], false)) continue;
-        all.push_back(
-            {(series.time_s[r] - last_s) / s_of_h, series.error_um[r], series.model_um[r], begins});
-        last_s = series.time_s[r], begins = false;
+        all.push_back({(series.time_s[r] - last_s) / s_of_h, series.error_um[r], series.model_um[r],
+                       begins, own_variance(series, r, last, begins)});
+        last_s = series.time_s[r], last = r, begins = false;
     }
     return all;
 }
@@ -84,6 +96,7 @@ struct plain_filter {
     std::array<double, 2> take(const measurement &one, const drift_rates &rates) {
         bb += rates.drift_um_per_sqrt_h * rates.drift_um_per_sqrt_h * one.after_h;
         gg += rates.gain_drift_per_sqrt_h * rates.gain_drift_per_sqrt_h * one.after_h;
+        bb = one.begins ? std::max(bb, one.own_um2) : bb + one.own_um2;
         const double m = one.model_um;
         const double of_b = bb + m * bg, of_g = bg + m * gg;
         const double s = rates.sigma_um * rates.sigma_um + of_b + m * of_g;
@@ -198,12 +211,13 @@ probed_course simulate_probes(const error_series &series, const cb_adapt_setting
         const auto m = static_cast<float>(series.model_um[r]);
         const float before = cb_adapt_value(&settings, state.bias_um, state.gain, m);
         course.left_um.push_back(series.error_um[r] - static_cast<double>(before));
-        const auto sigma = static_cast<double>(cb_adapt_sigma(&state, m));
+        const auto sigma = static_cast<double>(cb_adapt_sigma(&state, m, series.own_at(r)));
         course.sigma_um.push_back(std::hypot(sigma, static_cast<double>(settings.sigma_um)));
         if (!times.is_due(series.time_s[r], series.begins[r], how.repeats && state.asked)) continue;
         const double off_um = wrong.next_um();
         const float probed = static_cast<float>(series.error_um[r] + off_um);
-        const cb_adapt_outcome outcome = cb_adapt_probe(&settings, &state, probed, m);
+        const cb_adapt_outcome outcome =
+            cb_adapt_probe(&settings, &state, probed, m, series.own_at(r));
         ++course.probes, course.asked += outcome == CB_ADAPT_ASK;
         if (off_um == 0.0 && outcome != CB_ADAPT_EARLY && outcome != CB_ADAPT_IMPLAUSIBLE) {
             course.innovation_um.push_back(static_cast<double>(state.innovation_um));

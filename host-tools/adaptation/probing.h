@@ -18,8 +18,10 @@ struct error_series {
     std::vector<double> model_um;  // by a model that has not seen the row's run
     std::vector<bool> begins;      // a row where the box starts anew: its clock or its zero does
     std::vector<std::size_t> run;
+    std::vector<cb_sigma> own;  // the model's own sigma at each row; empty: it states none
 
     std::size_t rows() const { return time_s.size(); }
+    const cb_sigma *own_at(std::size_t row) const { return own.empty() ? nullptr : &own[row]; }
 };
 
 // How the simulated control probes: at the first row of each interval since the last measurement,
@@ -59,7 +61,7 @@ struct drift_rates {
 
 // in : intervals_s: 1 or more; sigma_um: of a probe if it is known, else 0
 // out: the rates that maximise the likelihood of the filter's innovations, pooled over probes at
-//      these intervals (prediction error decomposition). All are then scaled alike, which leaves
+//      these intervals (prediction error decomposition), beside the model's own sigma. All are then scaled alike, which leaves
 //      the filter's gain as it is, so that 94 to 97 % of the innovations are within two standard
 //      deviations; a given sigma_um stays.
 drift_rates estimate_drift(const error_series &series, const std::vector<double> &intervals_s,

@@ -79,7 +79,7 @@ class box_on_table {
 
     // A plausible value follows the value of the last row, not its copies in the cycles between. So
     // rate and velocity are those from row to row, and lags follow the straight line between rows
-    // in one exact step, as in training (host-tools/training/lagged.cpp).
+    // in one exact step, as in training (host-tools/training/lagged.cpp). A sigma is of this row.
     void step_on_row(int64_t row_us) {
         bool follows[CB_MAX_SIGNALS] = {};
         for (std::size_t k = 0; k < measured_.size(); ++k) {
@@ -99,6 +99,7 @@ class box_on_table {
             if (follows[cb_bank_key_of(&box_->config, i).signal])
                 box_->bank.lags[i] = last_bank_.lags[i];
         }
+        box_->sigma.begun = false;
         step(row_us);
         remember();
     }
@@ -222,11 +223,18 @@ std::vector<adapted_term> adapted_terms(const cb_config &config) {
 
 // out: standard deviation of the term with this index in adapts, at its model's value of this row
 float sigma_of_adapted(const cb_box &box, unsigned index) {
-    const cb_adapt_config &adapt = box.config.terms[box.config.adapts[index]].as.adapt;
-    cb_adapt filter = box.probes[index].filter;
-    const auto since_us = static_cast<double>(box.life.now_us - box.probes[index].grown_us);
-    cb_adapt_wait(&adapt.settings, &filter, static_cast<float>(since_us / 3600e6));
-    return cb_adapt_sigma(&filter, box.outputs[adapt.output]);
+    return cb_probe_sigma(&box.config, index, &box.probes[index], &box.sigma, box.outputs,
+                          box.life.now_us);
+}
+
+// out: of each output, by its model's own statement; NaN: there is none
+std::vector<float> own_sigmas(const cb_box &box) {
+    std::vector<float> all;
+    for (unsigned i = 0; i < box.config.outputs_count; ++i) {
+        const cb_sigma sigma = cb_sigma_of(&box.config, &box.sigma, static_cast<uint8_t>(i));
+        all.push_back(sigma.model != 0 ? cb_sigma_um(&sigma) : std::nanf(""));
+    }
+    return all;
 }
 
 // out: outputs after a step; a zero is never negative
@@ -267,6 +275,7 @@ evaluation evaluate(const cb_config &config, const formats::csv_table &samples, 
         if (r == 0 && !raw) watch.require_steady_state(table.box(), values);
         watch.look(r, table.box(), values);
         result.rows.push_back(row_of(table, raw));
+        result.sigma_um.push_back(own_sigmas(table.box()));
         for (unsigned i = 0; i < config.adapts_count; ++i) {
             result.adapted[i].sigma_um.push_back(sigma_of_adapted(table.box(), i));
         }

@@ -23,6 +23,8 @@ struct evaluation {
     std::vector<double> time_s;            // one for each row of the samples
     std::vector<std::vector<float>> rows;  // as names, without time_s
     std::vector<adapted_term> adapted;
+    std::vector<std::vector<float>> sigma_um;  // of each row: one standard deviation of each output
+                                               // of a term that states its own; NaN of the others
     std::vector<std::string> remarks;  // columns not used, implausible inputs, modes
 };
 

@@ -20,13 +20,14 @@ namespace compbox::coefficients {
 
 namespace {
 
-// What may be wrong by a stated standard deviation: a curve or one squareness.
+// What may be wrong by a stated standard deviation: a curve, a squareness, an output of a bank.
 struct cause {
     std::size_t term;
     json raised;                // the term with this larger by 1
     std::string signal;         // of a curve; "": sigma is the same everywhere
     double from = 0, to = 0;    // of the curve
     std::vector<double> sigma;  // equidistant from `from` to `to`, or one value
+    std::string output = {};    // of a term that states its own sigma: instead of `sigma`
 
     double at(double position) const {
         if (signal.empty()) return sigma.front();
@@ -66,35 +67,16 @@ cause cause_of_curve(std::size_t index, const json &term, const json &found,
     return one;
 }
 
-// out: the causes of a bank (training/bank_sigma.h): its residual, and each direction. in : stated:
-//      the member sigma of its provenance
-std::vector<cause> causes_of_bank(std::size_t index, const json &term, const json &stated,
-                                  const std::string &path) {
+// out: a cause for each output of a term that states its own sigma, which the box computes
+std::vector<cause> causes_of_bank(std::size_t index, const json &term) {
     std::vector<cause> causes;
-    const auto residual = formats::get<std::vector<double>>(stated, "residual_um", path);
-    const auto along = formats::get<std::vector<double>>(stated, "along_um", path);
-    const json bank = term["bank"];
-    if (residual.size() != bank["weights"].size() || along.size() != residual.size()) {
-        throw input_error(path, 0, 0, "provenance.{}.sigma needs a value for each output",
-                          formats::get<std::string>(term, "name", path));
-    }
-    const auto add = [&](const std::vector<double> &scale, const std::vector<double> &weights,
-                         double offset) {
-        cause one = {index, term, "", 0, 0, {1.0}};
-        json &raised = one.raised["bank"];
-        for (std::size_t k = 0; k < scale.size(); ++k) {
-            raised["bias"][k] = raised["bias"][k].get<double>() + scale[k] * offset;
-            for (std::size_t c = 0; c < weights.size() && c < raised["weights"][k].size(); ++c) {
-                json &weight = raised["weights"][k][c];
-                weight = weight.get<double>() + scale[k] * weights[c];
-            }
-        }
+    const json names = term.value("outputs", json::array({term["name"]}));
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        cause one = {index, term, "", 0, 0, {}, names[k].get<std::string>()};
+        json &bank = one.raised["bank"];
+        if (!bank.contains("bias")) bank["bias"] = json(names.size(), 0.0);
+        bank["bias"][k] = bank["bias"][k].get<double>() + 1.0;
         causes.push_back(one);
-    };
-    add(residual, {}, 1.0);
-    for (const json &direction : stated["directions"]) {
-        add(along, formats::get<std::vector<double>>(direction, "weights", path),
-            formats::get<double>(direction, "offset", path));
     }
     return causes;
 }
@@ -123,10 +105,8 @@ found_causes causes_of(const json &file, const std::string &path) {
             }
         } else if (own.is_object() && own.contains("sigma") && term.contains("signal")) {
             found.causes.push_back(cause_of_curve(k, term, own, path));
-        } else if (own.is_object() && own.contains("sigma") && term.contains("bank")) {
-            for (cause &one : causes_of_bank(k, term, own["sigma"], path)) {
-                found.causes.push_back(std::move(one));
-            }
+        } else if (term.contains("sigma")) {
+            for (cause &one : causes_of_bank(k, term)) found.causes.push_back(std::move(one));
         } else if (type != "product") {
             found.exact.push_back(name);
         }
@@ -220,8 +200,10 @@ sigma_table sigma_of(const std::string &coefficients, const formats::csv_table &
         const std::vector<double> places = one.signal.empty()
                                                ? std::vector<double>(plain.rows.size(), 0.0)
                                                : samples.values(one.signal);
+        const std::size_t own = one.output.empty() ? 0 : column_of(plain, one.output);
         for (std::size_t r = 0; r < plain.rows.size(); ++r) {
-            const double sigma = one.at(places[r]);
+            const double sigma = one.output.empty() ? one.at(places[r])
+                                                    : double{plain.sigma_um[r][own]};
             const std::vector<double> rise = rises(plain, raised, r);
             for (std::size_t c = 0; c < table.names.size(); ++c) {
                 table.rows[r][c] += std::pow(sigma * rise[c], 2);

@@ -46,7 +46,7 @@ std::vector<std::size_t> signal_columns(const formats::csv_table &record,
         const std::string &name = record.names[c];
         const bool frame =
             name == "time_s" || name == "mode" || name == "reason" || name == "unix_s";
-        if (frame || between(name, "comp_", "_um")) continue;
+        if (frame || between(name, "comp_", "_um") || between(name, "sigma_", "")) continue;
         if (is_iso_name(name)) {
             left_out += (left_out.empty() ? "" : ", ") + name;
         } else {

@@ -103,7 +103,7 @@ std::vector<measured> measurements_of(const formats::csv_table &record, const pl
 }
 
 bool is_input(const std::string &name, const std::vector<placed_probe> &probes) {
-    if (starts(name, "comp_") || ends(name, "_adapted")) return false;
+    if (starts(name, "comp_") || starts(name, "sigma_") || ends(name, "_adapted")) return false;
     if (name == "time_s" || name == "mode" || name == "reason" || name == "unix_s") return false;
     return std::none_of(probes.begin(), probes.end(), [&](const placed_probe &probe) {
         return name == probe.value_name || name == probe.count_name;

@@ -10,7 +10,7 @@ namespace compbox::training {
 
 namespace {
 
-constexpr Eigen::Index most_directions = 4;
+constexpr Eigen::Index most_directions = 4;  // CB_MAX_DIRECTIONS
 
 // The best growth of the variance with the distance, and the variance at distance 0.
 struct growth {
@@ -33,6 +33,15 @@ growth growth_of(const Eigen::ArrayXd &squares, const Eigen::ArrayXd &distances,
 
 }  // namespace
 
+bool has_sigma(const train_result &result) {
+    return result.options.bank && !result.options.zero_at_start &&
+           result.linear.left_out_predictions.rows() > 0;
+}
+
+Eigen::MatrixXd places_of(const bank_sigma &sigma, const Eigen::MatrixXd &x) {
+    return (x * sigma.weights.transpose()).rowwise() + sigma.offset.transpose();
+}
+
 bank_sigma sigma_of_bank(const train_result &result) {
     const scaling &in = result.linear.model.in;
     const Eigen::MatrixXd z =
@@ -51,18 +60,15 @@ bank_sigma sigma_of_bank(const train_result &result) {
         sigma.weights.row(k) = scaled * in.scale.cwiseInverse().asDiagonal();
         sigma.offset[k] = -scaled.dot(mean) - sigma.weights.row(k).dot(in.centre);
     }
-    const Eigen::ArrayXd distances =
-        ((result.learn.x * sigma.weights.transpose()).rowwise() + sigma.offset.transpose())
-            .rowwise()
-            .squaredNorm();
+    const Eigen::ArrayXd distances = places_of(sigma, result.learn.x).rowwise().squaredNorm();
     const double least = 1.0 / static_cast<double>(result.data.run_names.size());
     const Eigen::Index outputs = result.learn.y.cols();
-    sigma.residual_um.resize(outputs), sigma.along_um.resize(outputs);
+    sigma.floor_um.resize(outputs), sigma.along_um.resize(outputs);
     for (Eigen::Index k = 0; k < outputs; ++k) {
         const Eigen::ArrayXd left =
             result.learn.y.col(k) - result.linear.left_out_predictions.col(k);
         const growth found = growth_of(left.square(), distances, least);
-        sigma.residual_um[k] = std::sqrt(found.variance);
+        sigma.floor_um[k] = std::sqrt(found.variance);
         sigma.along_um[k] = std::sqrt(found.variance * found.share);
     }
     return sigma;

@@ -9,19 +9,25 @@
 
 namespace compbox::training {
 
-// The variance of output k at the columns x is
-//   residual_um[k]^2 + sum over the directions of (along_um[k] * (weights * x + offset))^2.
+// As models/sigma.h has it: the variance of output k at the columns x is
+//   floor_um[k]^2 + sum over the directions of (along_um[k] * (weights * x + offset))^2.
 struct bank_sigma {
-    Eigen::VectorXd residual_um, along_um;  // of each output
+    Eigen::VectorXd floor_um, along_um;  // of each output
     Eigen::MatrixXd weights;                // a direction per row, of the bank's columns
     Eigen::VectorXd offset;                 // of each direction
 };
 
-// in : a bank without zero_at_start, with predictions of runs left out
+// out: true for a bank without zero_at_start, with predictions of runs left out
+bool has_sigma(const train_result &result);
+
+// in : has_sigma()
 // out: as directions the principal axes in which the trained states lie furthest apart, at most
 // four,
-//      scaled to a mean square of 1 over the rows. residual_um and along_um are those of maximum
+//      scaled to a mean square of 1 over the rows. floor_um and along_um are those of maximum
 //      likelihood of the residuals left out; along_um is at least the share of one in all runs.
 bank_sigma sigma_of_bank(const train_result &result);
+
+// in : rows of the bank's columns. out: of each row the place along the directions
+Eigen::MatrixXd places_of(const bank_sigma &sigma, const Eigen::MatrixXd &x);
 
 }  // namespace compbox::training

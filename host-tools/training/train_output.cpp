@@ -138,6 +138,26 @@ json bank_of(const train_result &result) {
             {"bank", bank}};
 }
 
+// out: how far the bank's prediction may be off, as the box computes it (models/sigma.h)
+json sigma_json(const train_result &result) {
+    const bank_sigma sigma = sigma_of_bank(result);
+    const auto digits = [](const auto &values) {
+        json list = json::array();
+        for (Eigen::Index i = 0; i < values.size(); ++i) {
+            list.push_back(formats::five_digits(values[i]));
+        }
+        return list;
+    };
+    json directions = json::array();
+    for (Eigen::Index k = 0; k < sigma.offset.size(); ++k) {
+        directions.push_back(digits(sigma.weights.row(k)));
+    }
+    return {{"floor_um", digits(sigma.floor_um)},
+            {"along_um", digits(sigma.along_um)},
+            {"offsets", numbers(sigma.offset)},
+            {"directions", directions}};
+}
+
 // The slopes along the same positions as outputs of a separate term, which is held and faded like
 // the first: output k in um per mm is the sum of gains times (input - from). Along several
 // positions these are inputs of weight zero, so that the term fades beyond their range too.
@@ -244,26 +264,6 @@ std::size_t bank_lags(const train_result &result) {
                       [](const model_input &input) { return input.tau_s > 0.0; }));
 }
 
-// out: how far a bank's prediction may be off, for `eval --sigma` (bank_sigma.h)
-json sigma_json(const train_result &result) {
-    const bank_sigma sigma = sigma_of_bank(result);
-    const auto digits = [](const auto &values) {
-        json list = json::array();
-        for (Eigen::Index i = 0; i < values.size(); ++i) {
-            list.push_back(formats::five_digits(values[i]));
-        }
-        return list;
-    };
-    json directions = json::array();
-    for (Eigen::Index k = 0; k < sigma.offset.size(); ++k) {
-        directions.push_back({{"weights", digits(sigma.weights.row(k))},
-                              {"offset", formats::short_float(sigma.offset[k])}});
-    }
-    return {{"residual_um", digits(sigma.residual_um)},
-            {"along_um", digits(sigma.along_um)},
-            {"directions", directions}};
-}
-
 // out: the member of "provenance": data, runs, decays, figures of both models, warnings
 json findings_of(const train_result &result) {
     json found;
@@ -302,9 +302,6 @@ json findings_of(const train_result &result) {
     }
     found["written"] = figures_of(result.chosen_figures, result);
     found["written"].erase("log_evidence");
-    const bool has_sigma = result.options.bank && !result.options.zero_at_start &&
-                           result.linear.left_out_predictions.rows() > 0;
-    if (has_sigma) found["sigma"] = sigma_json(result);
     found["verdict"] = result.verdict;
     if (!result.warnings.empty()) found["warnings"] = result.warnings;
     return found;
@@ -387,6 +384,7 @@ json fragment_of(const train_result &result) {
     json fragment;
     fragment["signals"] = signals_of(result);
     fragment["terms"] = json::array({result.options.bank ? bank_of(result) : term_of(result)});
+    if (has_sigma(result)) fragment["terms"][0]["sigma"] = sigma_json(result);
     add_slope_terms(fragment["terms"], result);
     fragment["provenance"] = json{{result.options.name, findings_of(result)}};
     return fragment;

@@ -116,17 +116,42 @@ def test_days_with_a_clock_of_their_own(compbox, record):
     assert found["probed"][0]["rezero"]["rms_um"] == pytest.approx(rms(np.concatenate(per_day)), rel=1e-3)
 
 
-def kalman(rows, term):
-    """The term by a filter of its own, in double precision: rows of (time_s, model, probed or None)."""
-    state, cov = np.zeros(2), np.diag([1.0, 0.25])
+def lagged(times_s, x, tau_s):
+    """A first-order lag that starts settled, of an input that is straight from row to row."""
+    y = [x[0]]
+    for k in range(1, len(x)):
+        share = math.exp(-(times_s[k] - times_s[k - 1]) / tau_s)
+        ramp = 1 - tau_s / (times_s[k] - times_s[k - 1]) * (1 - share)
+        y.append(share * y[-1] + (1 - share) * x[k - 1] + ramp * (x[k] - x[k - 1]))
+    return np.array(y)
+
+
+def places(model, times_s, inputs):
+    """z of each row along the directions of the model's sigma: its columns are inputs with time constants."""
+    columns = [lagged(times_s, x, tau_s) if tau_s else x for x in inputs for tau_s in model["bank"]["tau_s"]]
+    sigma = model["sigma"]
+    return np.array(columns).T @ np.array(sigma["directions"]).T + np.array(sigma["offsets"])
+
+
+def kalman(rows, term, floor_um, along_um):
+    """The term by a filter of its own, in double precision: rows of (time_s, model, place, probed or None).
+    out: term, and its standard deviation, behind each row"""
+    state, cov, known = np.zeros(2), np.diag([1.0, 0.25]), None
     drift = np.diag([term["drift_um_per_sqrt_h"]**2, term["gain_drift_per_sqrt_h"]**2])
     most = np.array([term["bias_max_um"], term["gain_max"]])
     left, before = [], rows[0][0]
-    for time_s, m, probed in rows:
+    for time_s, m, place, probed in rows:
         cov = cov + drift * (time_s - before) / 3600
         before = time_s
+        h = np.array([1.0, m])
+        wider = np.zeros((2, 2))  # what the model's own sigma adds to the variance of b
+        if known is None:
+            of_b = cov[0, 0] - cov[0, 1]**2 / cov[1, 1]
+            wider[0, 0] = max(0, floor_um**2 + along_um**2 * place @ place - of_b)
+        else:
+            wider[0, 0] = along_um**2 * (place - known) @ (place - known)
         if probed is not None:
-            h = np.array([1.0, m])
+            cov, wider, known = cov + wider, 0 * wider, place
             s = h @ cov @ h + term["sigma_um"]**2
             innovation = probed - m - h @ state
             assert abs(innovation) < 3 * math.sqrt(s), "the test is about probes inside of the gate"
@@ -135,8 +160,8 @@ def kalman(rows, term):
             state = state + part * by
             # A shorter step tells less: P - part (2 - part) K S K'.
             cov = cov - part * (2 - part) * np.outer(cov @ h, cov @ h) / s
-        left.append(m + state[0] + state[1] * m)
-    return left
+        left.append((m + state[0] + state[1] * m, math.sqrt(h @ (cov + wider) @ h)))
+    return np.array(left).T
 
 
 def lathe_machine(compbox, probes):
@@ -154,11 +179,20 @@ def lathe_machine(compbox, probes):
     return wanted
 
 
+def slower(compbox):
+    """A period of half a second: rows are minutes apart, so nothing is lost."""
+    machine = compbox.read("machine.json")
+    machine["cycle"]["period_ms"] = 500
+    machine["plc"]["heartbeat_timeout_ms"] = 5000
+    compbox.write("machine.json", machine)
+
+
 def test_the_box_adapts_as_written(compbox, record):
     """train, build, eval: a machine file with thermometers and probes, and a day that `train` has not seen."""
     compbox.write("lathe.csv", record[0])
     compbox.good(*TRAIN, "--adapt", "--probe-whole", "--hold-out", "16")
     wanted = lathe_machine(compbox, probes=True)
+    slower(compbox)
     out = compbox.good("build", "machine.json", "net.json", "-o", "c.json")
     assert "channel X = -(error_X_um_adapted)" in out and "channel Z = -(error_Z_um_adapted)" in out
     lines = [list(map(float, line.split(","))) for line in record[0].splitlines()[1:]]
@@ -172,15 +206,22 @@ def test_the_box_adapts_as_written(compbox, record):
         probed.append(shown if due else None)
         samples.append([line[0], 200, 400, *line[2:8], shown[0], count, shown[1], count])
     compbox.write("s.csv", "\n".join(",".join(map(str, row)) for row in samples) + "\n")
-    compbox.good("eval", "c.json", "--inputs", "s.csv", "-o", "out.csv")
+    compbox.good("eval", "c.json", "--inputs", "s.csv", "--sigma", "-o", "out.csv")
     table = compbox.table("out.csv")
+    of = compbox.read("net.json")["terms"][0]
+    place = places(of, [line[0] for line in day], np.array(day).T[2:8])
     for k, name in enumerate(OUTPUTS):
         term = compbox.read("net.json")["terms"][1 + k]
         model, adapted = np.array(table[name]), np.array(table[name + "_adapted"])
-        own = kalman([(line[0], m, p and p[k]) for line, m, p in zip(day, model, probed)], term)
+        floor_um, along_um = of["sigma"]["floor_um"][k], of["sigma"]["along_um"][k]
+        assert np.array(table["sigma_" + name]) == pytest.approx(
+            np.sqrt(floor_um**2 + along_um**2 * (place**2).sum(axis=1)), rel=1e-3)
+        own, sigma = kalman([(line[0], m, z, p and p[k]) for line, m, z, p in zip(day, model, place, probed)], term,
+                            floor_um, along_um)
         # The row of a probe shows the term one cycle behind: it follows at ramp_um_per_s.
         quiet = [row for row, p in enumerate(probed) if p is None]
-        assert adapted[quiet] == pytest.approx(np.array(own)[quiet], abs=0.05)
+        assert adapted[quiet] == pytest.approx(own[quiet], abs=0.05)
+        assert np.array(table[f"sigma_{name}_adapted"])[1:] == pytest.approx(sigma[1:], rel=0.01)
         assert (np.abs(adapted - model) <= term["bias_max_um"] + term["gain_max"] * np.abs(model)).all()
         errors = np.array([line[8 + k] for line in day])
         assert rms((errors - adapted)[4:]) < 0.8 * rms((errors - model)[4:])
@@ -194,12 +235,9 @@ def test_the_sigma_of_a_bank(compbox, record):
     sigma is larger."""
     compbox.write("lathe.csv", record[0])
     compbox.good(*TRAIN, "--hold-out", "14,15,16")
-    stated = compbox.read("net.json")["provenance"]["net"]["sigma"]
+    stated = compbox.read("net.json")["terms"][0]["sigma"]
     lathe_machine(compbox, probes=False)
-    machine = compbox.read("machine.json")
-    machine["cycle"]["period_ms"] = 500  # rows are minutes apart, so nothing is lost
-    machine["plc"]["heartbeat_timeout_ms"] = 5000
-    compbox.write("machine.json", machine)
+    slower(compbox)
     compbox.good("build", "machine.json", "net.json", "-o", "c.json")
     lines = [list(map(float, line.split(","))) for line in record[0].splitlines()[1:]]
     late = [line for line in lines if line[1] >= 14]
@@ -215,7 +253,7 @@ def test_the_sigma_of_a_bank(compbox, record):
     for k, name in enumerate(OUTPUTS):
         left = np.abs([line[8 + k] - m for line, m in zip(late, table[name])])
         sigma = np.array(table[f"sigma_{name}"])
-        assert (sigma >= 0.999 * stated["residual_um"][k]).all()
+        assert (sigma >= 0.999 * stated["floor_um"][k]).all()
         assert np.mean(left <= 2 * sigma) > 0.85
         assert np.median(far[f"sigma_{name}"]) > 1.1 * np.median(sigma)
         assert table[f"sigma_comp_{'XZ'[k]}_um"] == pytest.approx(list(sigma), rel=1e-4)

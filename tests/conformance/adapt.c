@@ -9,6 +9,7 @@
 
 struct adapt_row {
     float hours, probed_um, model_um;
+    struct cb_sigma own;
     uint32_t outcome;
     double y, y_bound, sigma, sigma_bound;
 };
@@ -26,10 +27,11 @@ static void check_row(struct check *check, const struct adapt_case *item, struct
     const float m = row->model_um;
     cb_adapt_wait(&item->settings, state, row->hours);
     check_equal(check, "outcome",
-                (uint32_t)cb_adapt_probe(&item->settings, state, row->probed_um, m), row->outcome);
+                (uint32_t)cb_adapt_probe(&item->settings, state, row->probed_um, m, &row->own),
+                row->outcome);
     check_number(check, "b + (1 + g) m", state->bias_um + (1.0f + state->gain) * m, row->y,
                  row->y_bound);
-    check_number(check, "sigma", cb_adapt_sigma(state, m), row->sigma, row->sigma_bound);
+    check_number(check, "sigma", cb_adapt_sigma(state, m, &row->own), row->sigma, row->sigma_bound);
     check_hash(check, cb_bits_of(cb_adapt_value(&item->settings, state->bias_um, state->gain, m)));
     check_hash(check, cb_bits_of(state->bias_d));
     check_hash(check, cb_bits_of(state->gain_d));

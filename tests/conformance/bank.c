@@ -31,6 +31,7 @@ struct bank_case {
 
 #include "tests/conformance/vectors/bank.inc"
 
+/* The directions of its sigma have weights and biases of the outputs: places are their values. */
 static void make(struct cb_config *config, const struct bank_case *item) {
     static const float limits[INPUTS][2] = {{-10.0f, 90.0f}, {0.0f, 24000.0f}, {-150.0f, 150.0f}};
     memset(config, 0, sizeof *config);
@@ -45,8 +46,18 @@ static void make(struct cb_config *config, const struct bank_case *item) {
         (uint16_t)(item->columns / item->taus * (item->taus - (unsigned)item->unlagged));
     memcpy(config->links, item->links, sizeof item->links);
     memcpy(config->pool, item->pool, item->pool_count * sizeof item->pool[0]);
-    config->banks[0] = (struct cb_bank_config){
-        .inputs = {0, INPUTS}, .taus_count = item->taus, .unlagged = item->unlagged};
+    const uint16_t sigma = (uint16_t)(item->pool_count + 2 * OUTPUTS);
+    memcpy(config->pool + sigma, item->pool + item->taus + OUTPUTS * item->columns,
+           OUTPUTS * sizeof item->pool[0]);
+    memcpy(config->pool + sigma + OUTPUTS, item->pool + item->taus,
+           OUTPUTS * item->columns * sizeof item->pool[0]);
+    config->banks[0] = (struct cb_bank_config){.inputs = {0, INPUTS},
+                                               .taus_count = item->taus,
+                                               .unlagged = item->unlagged,
+                                               .outputs = OUTPUTS,
+                                               .directions = OUTPUTS,
+                                               .sigma = (uint16_t)item->pool_count,
+                                               .model = 1};
     config->terms[0] = (struct cb_term_config){.type = CB_TERM_LINEAR,
                                                .outputs = OUTPUTS,
                                                .as.linear = {{0, INPUTS}, item->taus, true, 0}};
@@ -67,6 +78,10 @@ static void check_row(struct check *check, struct cb_box *box, const struct bank
                       box->outputs);
     check_number(check, "first output", box->outputs[0], row->y0, row->y0_bound);
     check_number(check, "second output", box->outputs[1], row->y1, row->y1_bound);
+    box->sigma.begun = false;
+    cb_sigma_step(&box->config, box->signals, &box->bank, &box->sigma, box->life.now_us);
+    check_number(check, "first place", box->sigma.place[0][0], row->y0, row->y0_bound);
+    check_number(check, "second place", box->sigma.place[0][1], row->y1, row->y1_bound);
     cb_terms_slopes(&box->config, box->signals, box->terms, box->outputs, SPEED, slopes);
     check_number(check, "first slope", slopes[0], row->slope0, row->slope0_bound);
     check_number(check, "second slope", slopes[1], row->slope1, row->slope1_bound);

@@ -48,6 +48,7 @@ void run_volumetric(struct check *check);
 void run_direction(struct check *check);
 void run_linear(struct check *check);
 void run_bank(struct check *check);
+void run_sigma(struct check *check);
 void run_adapt(struct check *check);
 void run_box(struct check *check);
 

@@ -21,6 +21,7 @@ static const struct {
     {"direction", run_direction},
     {"linear", run_linear},
     {"bank", run_bank},
+    {"sigma", run_sigma},
     {"adapt", run_adapt},
     {"box", run_box},
 };

@@ -4,10 +4,11 @@
   adapt.py           writes tests/conformance/vectors/adapt.inc
   adapt.py --check   exits 1 if it is not what it would write
 
-The filter of the textbook in 50 digits, with a full covariance matrix instead of factors, and the gate as the header
-describes it. The bound of b + (1 + g) m and of sigma is BOUND of the largest number of the case. Probes lie inside
+The filter of the textbook in 50 digits, with a full covariance matrix instead of factors, and the gate and the model's
+own sigma as the headers describe them. The bound of b + (1 + g) m and of sigma is BOUND of the largest number of the case. Probes lie inside
 of the gate, outside, and twice or three times outside; none lies within a thousandth of it."""
 
+import copy
 import random
 from decimal import Decimal, getcontext
 
@@ -26,6 +27,25 @@ def clamp(x, most):
     return min(max(x, -most), most)
 
 
+class Own:
+    """The model's own sigma at one state (models/sigma.h): place, floor, along, and which model."""
+
+    def __init__(self, floor, along, place, model):
+        self.floats = [f32(x) for x in (floor, along, *place)]
+        self.floor, self.along, *self.place = map(decimal, self.floats)
+        self.model = model
+
+    def change(self, place):
+        return self.along**2 * sum((a - b)**2 for a, b in zip(self.place, place))
+
+    def variance(self):
+        return self.floor**2 + self.change([0] * len(self.place))
+
+    def text(self):
+        return "{%s, %s, {%s}, %d}" % (c_float(self.floats[0]), c_float(self.floats[1]),
+                                       ", ".join(map(c_float, self.floats[2:])), self.model)
+
+
 class Filter:
     def __init__(self, settings):
         self.bias_max, self.gain_max, self.step, self.drift, self.gain_drift, self.sigma, self.interval = map(
@@ -33,6 +53,16 @@ class Filter:
         self.b = self.g = Decimal(0)
         self.bb, self.bg, self.gg = Decimal(1), Decimal(0), Decimal("0.25")
         self.since, self.pending, self.age, self.asked = None, [], Decimal(0), False
+        self.place, self.model = None, 0
+
+    def widened(self, own):
+        """b's variance at this place, of a model that may be unknown."""
+        if own.model == 0:
+            return self.bb
+        if own.model == self.model:
+            return self.bb + own.change(self.place)
+        of_gain = self.bg**2 / self.gg  # the part that g explains
+        return of_gain + max(self.bb - of_gain, own.variance())
 
     def wait(self, hours):
         self.bb += self.drift**2 * hours
@@ -66,7 +96,20 @@ class Filter:
         self.pending = [rest] if self.margin(rest, m) > 1 else []
         self.age, self.asked = Decimal(0), False
 
-    def probe(self, z, m):
+    def probe(self, z, m, own):
+        narrow = self.bb
+        self.bb = self.widened(own)
+        outcome = self.judge(z, m)
+        if outcome > MEDIAN:
+            self.bb = narrow
+        elif own.model != 0:
+            self.place, self.model = own.place, own.model
+        return outcome
+
+    def reachable(self, z, m):
+        return abs(z - m) - (self.bias_max + self.gain_max * abs(m) + 3 * self.sigma)
+
+    def judge(self, z, m):
         if self.since is not None and self.since * 3600 < self.interval and not self.asked:
             return EARLY
         innovation = z - (self.b + (1 + self.g) * m)
@@ -75,7 +118,7 @@ class Filter:
             self.pending, self.asked = [], False
             return TAKEN
         tolerance = 9 * (2 * self.sigma**2 + (self.drift**2 + self.gain_drift**2 * m * m) * self.age)
-        if self.pending and (innovation - self.pending[-1])**2 <= tolerance:
+        if self.pending and (innovation - self.pending[-1])**2 <= tolerance and self.reachable(z, m) <= 0:
             self.outside(innovation, m)
             return CONFIRMED
         if len(self.pending) == 2:
@@ -86,8 +129,10 @@ class Filter:
         return ASK
 
 
-def clear(filter, z, m):
+def clear(filter, z, m, own):
     """No comparison of this probe is close."""
+    filter = copy.copy(filter)
+    filter.bb = filter.widened(own)
     innovation = z - (filter.b + (1 + filter.g) * m)
     near = [filter.margin(innovation, m)]
     if filter.pending:
@@ -95,31 +140,37 @@ def clear(filter, z, m):
         near.append((innovation - filter.pending[-1])**2 / tolerance)
     if filter.since is not None and filter.interval > 0:
         near.append(filter.since * 3600 / filter.interval)
-    return all(abs(x - 1) > Decimal("1e-3") for x in near)
+    return all(abs(x - 1) > Decimal("1e-3") for x in near) and abs(filter.reachable(z, m)) > Decimal("1e-2")
 
 
 def rows_of(rng, settings, count):
     filter, rows, largest, seen = Filter(settings), [], Decimal(1), set()
     error, gain = rng.uniform(-10, 10), rng.uniform(-0.3, 0.3)
+    floor, along = rng.uniform(2, 15), rng.uniform(0.5, 6)
+    models = rng.choice(((0,), (7,), (7,) * 40 + (0,), (7,) * 30 + (8,)))
+    place = [rng.gauss(0, 1) for _ in range(4)]
     while len(rows) < count:
         hours = rng.choice((1, 1, 0.5, 0.02, 0.005, 24))
         error += 3 * hours**0.5 * rng.gauss(0, 1)
         m = f32(rng.choice((rng.uniform(-70, 70), rng.uniform(-5, 5), 0)))
+        place = [0.8 * x + 0.6 * rng.gauss(0, 1) for x in place]
+        own = Own(floor, along, place, rng.choice(models))
         kind = rng.randrange(12)
         z = error + (1 + gain) * float(m) + 1.5 * rng.gauss(0, 1)
         z = f32(z + (0 if kind < 8 else rng.choice((-100, 100, -100, 400, -40))))
         hours = f32(hours)
         filter.wait(decimal(hours))
-        while not clear(filter, decimal(z), decimal(m)):
+        while not clear(filter, decimal(z), decimal(m), own):
             z = f32(z + 0.1)
-        outcome = filter.probe(decimal(z), decimal(m))
+        outcome = filter.probe(decimal(z), decimal(m), own)
         seen.add(outcome)
         largest = max(largest, abs(decimal(z)), abs(decimal(m)))
         y = filter.b + (1 + filter.g) * decimal(m)
-        rows.append((hours, z, m, outcome, y, filter.variance(decimal(m)).sqrt()))
-    text = "".join("    {%s, %s, %s, %d, %s, %s, %s, %s},\n" % (
-        c_float(hours), c_float(z), c_float(m), outcome, c_double(y), c_bound(BOUND * largest), c_double(sigma),
-        c_bound(BOUND * largest)) for hours, z, m, outcome, y, sigma in rows)
+        variance = filter.variance(decimal(m)) - filter.bb + filter.widened(own)
+        rows.append((hours, z, m, own, outcome, y, variance.sqrt()))
+    text = "".join("    {%s, %s, %s, %s, %d, %s, %s, %s, %s},\n" % (
+        c_float(hours), c_float(z), c_float(m), own.text(), outcome, c_double(y), c_bound(BOUND * largest),
+        c_double(sigma), c_bound(BOUND * largest)) for hours, z, m, own, outcome, y, sigma in rows)
     return text, seen
 
 

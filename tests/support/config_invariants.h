@@ -285,6 +285,25 @@ class invariants {
                 most += std::fabs(static_cast<double>(weights[i])) * sizes[i];
             must(most < 1.1e9, "a sum stays below 1e9");
         }
+        if (b.model != 0) sigma(t, b, sizes);
+    }
+
+    // in : sizes: the largest value of each column
+    void sigma(const cb_term_config &t, const cb_bank_config &b, const std::vector<double> &sizes) {
+        must(b.outputs == t.outputs, "outputs of a sigma");
+        must(within(b.directions, 1, CB_MAX_DIRECTIONS), "directions");
+        const size_t offsets = b.sigma + size_t{2} * b.outputs;
+        must(offsets + b.directions * (sizes.size() + 1) <= c.pool_count, "sigma");
+        if (!broken.empty()) return;
+        for (int k = 0; k < 2 * b.outputs; ++k)
+            must(within(c.pool[b.sigma + k], 0, 1e6), "floor, along");
+        for (size_t d = 0; d < b.directions; ++d) {
+            const float *weights = c.pool + offsets + b.directions + d * sizes.size();
+            double most = std::fabs(static_cast<double>(c.pool[offsets + d]));
+            for (size_t i = 0; i < sizes.size(); ++i)
+                most += std::fabs(static_cast<double>(weights[i])) * sizes[i];
+            must(most < 1.1e9, "a place stays below 1e9");
+        }
     }
 
     void product(const cb_product_config &p, int index) {

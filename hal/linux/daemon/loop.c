@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "hal/linux/files/cause_words.h"
+#include "hal/linux/files/row_sigma.h"
 #include "hal/linux/realtime.h"
 
 static struct cb_row_link link_of(const struct cb_link *link) {
@@ -76,6 +77,7 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
     }
     memcpy(row->outputs, box->outputs, sizeof row->outputs);
     memcpy(row->probes, box->probes, sizeof row->probes);
+    cb_row_take_sigmas(row, box);
 }
 
 /* Publishes the finished cycle for the other thread; a full ring counts the row as lost. */

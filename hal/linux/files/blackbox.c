@@ -103,7 +103,7 @@ static int make_ring(struct cb_blackbox *box, const struct cb_config *config) {
     const int64_t rows = span_us / config->period_us;
     free(box->rows);
     box->header_used = cb_row_header(box->header, config);
-    box->values = (unsigned)config->signals_count + config->outputs_count + config->channels_count;
+    box->values = cb_row_count(config);
     const int64_t most = CB_BLACKBOX_MEMORY / (int64_t)row_bytes(box);
     box->capacity = (uint32_t)(rows < most ? rows : most);
     box->longest = box->capacity + (uint32_t)(CB_BLACKBOX_PAUSE_US / config->period_us);

@@ -164,6 +164,7 @@ int cb_record_start(struct cb_record *record, const char *path, int64_t most_byt
     if (path == NULL) return 0;
     cb_archive_start(&record->archive, path, most_bytes);
     record->header_used = cb_row_header(record->header, config);
+    record->values = cb_row_count(config);
     return begin(record);
 }
 
@@ -175,6 +176,7 @@ int cb_record_follow(struct cb_record *record, const struct cb_config *config) {
     if (bytes == record->header_used && memcmp(header, record->header, bytes) == 0) return 0;
     memcpy(record->header, header, bytes);
     record->header_used = bytes;
+    record->values = cb_row_count(config);
     if (record->is_stream) return write_header(record);
     return another_file(record);
 }
@@ -211,8 +213,8 @@ void cb_record_add(struct cb_record *record, const struct cb_config *config,
     if (!record->has_zero) find_zero(record, row);
     const struct cb_row_frame frame = {row->time_us - record->zero_us,
                                        row->time_us + record->wall_us, row->mode, row->reason};
-    const unsigned count = cb_row_values(values, config, row);
-    record->used += cb_row_line(record->buffer + record->used, &frame, values, count);
+    cb_row_values(values, config, row);
+    record->used += cb_row_line(record->buffer + record->used, &frame, values, record->values);
     record->rows++;
     record->waiting++;
 }

@@ -84,6 +84,7 @@ struct cb_row {
     struct cb_row_channel channels[CB_MAX_CHANNELS];
     float outputs[CB_MAX_OUTPUTS]; /* of the terms */
     struct cb_probe_state probes[CB_MAX_ADAPTS];
+    float sigma_um[CB_MAX_OUTPUTS]; /* of each output; NaN: none (row_sigma.h) */
 };
 
 #endif

@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "firmware/base/assert.h"
+#include "hal/linux/files/row_sigma.h"
 
 /* Appends to text[CB_ROW_TEXT]. */
 static __attribute__((format(printf, 3, 4))) void put(char *text, size_t *used, const char *format,
@@ -27,8 +28,17 @@ size_t cb_row_header(char *text, const struct cb_config *config) {
         put(text, &used, ",%s", config->outputs[i].name);
     for (unsigned i = 0; i < config->channels_count; i++)
         put(text, &used, ",comp_%s_um", config->channels[i].name);
+    for (unsigned i = 0; i < config->outputs_count; i++)
+        if (cb_row_has_sigma(config, i)) put(text, &used, ",sigma_%s", config->outputs[i].name);
     put(text, &used, ",mode,reason,unix_s\n");
     return used;
+}
+
+unsigned cb_row_count(const struct cb_config *config) {
+    unsigned count =
+        (unsigned)config->signals_count + config->outputs_count + config->channels_count;
+    for (unsigned i = 0; i < config->outputs_count; i++) count += cb_row_has_sigma(config, i);
+    return count;
 }
 
 unsigned cb_row_values(float *values, const struct cb_config *config, const struct cb_row *row) {
@@ -40,6 +50,9 @@ unsigned cb_row_values(float *values, const struct cb_config *config, const stru
     for (unsigned i = 0; i < config->outputs_count; i++) values[count++] = row->outputs[i];
     for (unsigned i = 0; i < config->channels_count; i++)
         values[count++] = row->channels[i].output_um;
+    for (unsigned i = 0; i < config->outputs_count; i++)
+        if (cb_row_has_sigma(config, i)) values[count++] = row->sigma_um[i];
+    for (unsigned i = count; i < CB_ROW_VALUES; i++) values[i] = NAN;
     return count;
 }
 

@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <time.h>
 
-#include "firmware/base/duration.h"
 #include "firmware/box/mode.h"
 #include "hal/linux/files/cause_words.h"
 #include "models/num.h"
@@ -87,6 +86,11 @@ static void put_signals(struct cb_writer *json, const struct cb_config *config,
     cb_writer_close(json);
 }
 
+/* out: standard deviation of an output, µm; NaN if none is known, as before the first cycle */
+static double sigma_of(const struct cb_row *row, unsigned output) {
+    return row->step_at_us != 0 ? (double)row->sigma_um[output] : (double)NAN;
+}
+
 static void put_terms(struct cb_writer *json, const struct cb_config *config,
                       const struct cb_row *row) {
     cb_writer_array(json, "terms");
@@ -94,6 +98,7 @@ static void put_terms(struct cb_writer *json, const struct cb_config *config,
         cb_writer_object(json, NULL);
         cb_writer_text(json, "name", config->outputs[i].name);
         cb_writer_number(json, "value", (double)row->outputs[i]);
+        cb_writer_number(json, "sigma_um", sigma_of(row, i));
         cb_writer_close(json);
     }
     cb_writer_close(json);
@@ -105,16 +110,13 @@ static void put_adapted(struct cb_writer *json, const struct cb_config *config, 
     const struct cb_term_config *term = &config->terms[config->adapts[i]];
     const struct cb_adapt_config *adapt = &term->as.adapt;
     const struct cb_probe_state *probe = &row->probes[i];
-    struct cb_adapt now = probe->filter;
-    if (probe->timed && row->step_at_us > probe->grown_us)
-        cb_adapt_wait(&adapt->settings, &now,
-                      cb_seconds(row->step_at_us - probe->grown_us) / 3600.0f);
+    const struct cb_adapt now = probe->filter;
     cb_writer_object(json, NULL);
     cb_writer_text(json, "name", config->outputs[term->first_output].name);
     cb_writer_text(json, "of", config->outputs[adapt->output].name);
     cb_writer_number(json, "bias_um", (double)now.bias_um);
     cb_writer_number(json, "gain", (double)now.gain);
-    cb_writer_number(json, "sigma_um", (double)cb_adapt_sigma(&now, row->outputs[adapt->output]));
+    cb_writer_number(json, "sigma_um", sigma_of(row, term->first_output));
     const bool judged = now.expected_um > 0.0f;
     cb_writer_number(json, "innovation_um", judged ? (double)now.innovation_um : (double)NAN);
     cb_writer_number(json, "expected_um", judged ? (double)now.expected_um : (double)NAN);

@@ -41,8 +41,10 @@ struct probe { /* of a term of type adapt */
     int64_t unix_us;     /* up to which its covariance has grown … */
     int64_t boottime_us; /* … and by the clock of this boot */
     struct cb_adapt filter;
-    uint32_t taken, asked, refused, skipped, count, unused;
+    uint32_t taken, asked, refused, skipped, count;
 };
+
+_Static_assert(sizeof(struct probe) == 160, "no byte between its fields");
 
 /* After the last record, from format 3 on. */
 struct ending {

@@ -92,7 +92,7 @@ TEST(box_direction, every_mistake_has_its_sentence) {
          "CB_ERROR_NAME terms[1].backward: a direction of travel needs a position in mm, and the "
          "unit of T1 is degC"},
         {R"("type": "polyline", )", R"("type": "linear", )",
-         "CB_ERROR_KEY terms[1].signal: unknown key"},
+         "CB_ERROR_KEY terms[1].signal: unknown key; is sigma meant?"},
     };
     for (const auto &[piece, other, message] : mistakes) {
         const auto got = load(with(piece, other, branched()));

@@ -194,7 +194,7 @@ TEST(probes, keep_the_bound_while_the_model_fades) {
 TEST(probes, grow_uncertain_with_time) {
     probe_rig rig;
     rig.touch(43);
-    const float sigma = cb_adapt_sigma(&rig.state().filter, 20);
+    const float sigma = cb_adapt_sigma(&rig.state().filter, 20, nullptr);
     rig.now_us += 3600000000;
     rig.run_s(3);
     rig.touch(43);

@@ -66,6 +66,19 @@ TEST(config_bank, the_example_of_the_manual_loads) {
     EXPECT_FLOAT_EQ(got.config->pool[got.config->terms[3].as.linear.pool + 11], 3e-11f);
 }
 
+TEST(config_bank, the_example_of_a_sigma_loads) {
+    std::ifstream file(CB_SOURCE_DIR "/docs/coefficient-file.md");
+    const std::string manual{std::istreambuf_iterator<char>(file), {}};
+    const size_t start = manual.rfind("    {\"name\": \"warm\", \"type\": \"linear\"");
+    ASSERT_NE(start, std::string::npos);
+    const std::string shown = manual.substr(start, manual.find("\n\n", start) - start);
+    const auto got =
+        load(with(R"({"name": "KB", "type": "polynomial", "signal": "B", "coefficients": [0.5]})",
+                  with("\"ch1\"", "\"KB\"", shown)));
+    ASSERT_EQ(got.error, CB_OK) << got.text;
+    EXPECT_EQ(got.config->banks[0].directions, 2);
+}
+
 TEST(config_bank, defaults) {
     std::string text = bank_with(R"("powers": {"B": [1, 3]}, )", "");
     text = with(R"("tau_s": [0, 60, 3600])", R"("tau_s": [60])", text);
@@ -120,6 +133,70 @@ TEST(config_bank, a_spindle_to_its_cube_may_exceed_the_range_of_signals) {
     EXPECT_EQ(
         load(with("1e-29", "1e9", text)).text,
         "terms[3].bank.weights[1]: between min and max of its signals this sum exceeds 1e9 µm");
+}
+
+const std::string sigma_text =
+    R"("sigma": {"floor_um": [8, 5], "along_um": [2, 1.5], "offsets": [-4, 0.5],
+ "directions": [[1, 2, 3, 4, 5, 6, 7, 8, 9], [9, 8, 7, 6, 5, 4, 3, 2, 1]]})";
+
+std::string sigma_with(const std::string &piece, const std::string &other) {
+    return with(piece, other, with("\"bias\": [0.5, -0.25]}", "\"bias\": [0.5, -0.25]}, " + sigma_text,
+                                   with_bank));
+}
+
+TEST(config_bank, states_its_sigma) {
+    const auto got = load(sigma_with("[8, 5]", "[8, 5]"));
+    ASSERT_EQ(got.error, CB_OK) << got.text;
+    const cb_config &c = *got.config;
+    EXPECT_EQ(invariants(c).broken, "");
+    const cb_bank_config &b = c.banks[0];
+    EXPECT_EQ(b.outputs, 2);
+    EXPECT_EQ(b.directions, 2);
+    EXPECT_NE(b.model, 0u);
+    const float all[] = {8, 5, 2, 1.5f, -4, 0.5f, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 8, 7, 6, 5, 4, 3, 2, 1};
+    for (int i = 0; i < 24; ++i) EXPECT_EQ(c.pool[b.sigma + i], all[i]) << i;
+    EXPECT_EQ(c.pool_count, b.sigma + 24);
+    EXPECT_EQ(load(with_bank).config->banks[0].model, 0u);
+}
+
+TEST(config_bank, another_number_is_another_model) {
+    const auto model = [](const std::string &text) { return load(text).config->banks[0].model; };
+    const uint32_t usual = model(sigma_with("[8, 5]", "[8, 5]"));
+    EXPECT_EQ(model(sigma_with("[8, 5]", "[8.0, 5.00]")), usual);
+    for (const auto &[piece, other] : std::vector<std::pair<std::string, std::string>>{
+             {"[8, 5]", "[8, 6]"},
+             {"[9, 8, 7,", "[9, 8, 7.5,"},
+             {"[0.5, -0.25]", "[0.5, 0.25]"},
+             {"[[1, 2, 3, 4, 5, 6, 7, 8, 9], [10,", "[[1, 2, 3, 4, 5, 6, 7, 8, 9], [11,"}})
+        EXPECT_NE(model(sigma_with(piece, other)), usual) << piece;
+}
+
+TEST(config_bank, every_mistake_in_a_sigma_has_its_sentence) {
+    const std::pair<std::pair<const char *, const char *>, const char *> mistakes[] = {
+        {{"\"floor_um\": [8, 5], ", ""}, "terms[3].sigma: the key floor_um is missing"},
+        {{"[8, 5]", "[8]"}, "terms[3].sigma.floor_um: 1 numbers for 2 outputs; each needs one"},
+        {{"[8, 5]", "[8, -1]"}, "terms[3].sigma.floor_um[1]: -1 is outside the range of 0 to 1e6"},
+        {{"[2, 1.5]", "[2, 1e7]"},
+         "terms[3].sigma.along_um[1]: 1e7 is outside the range of 0 to 1e6"},
+        {{"[-4, 0.5]", "[]"}, "terms[3].sigma.offsets: at least one direction is needed"},
+        {{"[-4, 0.5]", "[1, 2, 3, 4, 5]"},
+         "terms[3].sigma.offsets[4]: a list of numbers here holds at most 4"},
+        {{"[-4, 0.5]", "[-4]"}, "terms[3].sigma.directions: 2 rows for 1 offsets; each needs one"},
+        {{", 3, 2, 1]]", ", 3, 2]]"},
+         "terms[3].sigma.directions[1]: 8 numbers for 9 columns (input, power, time constant); "
+         "each needs one"},
+        {{"[[1, 2, 3, 4, 5, 6, 7, 8, 9], [9,", "[[1, 2, 3, 4, 5, 6, 1e9, 8, 9], [9,"},
+         "terms[3].sigma.directions[0]: between min and max of its signals this sum exceeds 1e9"},
+    };
+    for (const auto &[change, sentence] : mistakes)
+        EXPECT_EQ(load(sigma_with(change.first, change.second)).text, sentence);
+    EXPECT_EQ(load(with(R"("coefficients": [0.5])", R"("coefficients": [0.5])")).text, "");
+    EXPECT_EQ(
+        load(with(R"({"name": "KB", "type": "polynomial", "signal": "B", "coefficients": [0.5]})",
+                  R"({"name": "KB", "type": "linear", "inputs": ["B"], "weights": [1], )" +
+                      sigma_text + "}"))
+            .text,
+        "terms[3].sigma: only a term with a bank states its sigma; omit it");
 }
 
 struct bank_mistake {

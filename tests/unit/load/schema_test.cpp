@@ -197,6 +197,8 @@ TEST(config_schema, has_the_maxima_of_the_box) {
     EXPECT_EQ(most("/$defs/bank/properties/tau_s"), CB_MAX_BANK_TAUS);
     EXPECT_EQ(most("/$defs/bank/properties/inputs"), CB_MAX_SIGNALS);
     EXPECT_EQ(most("/$defs/bank/properties/powers/additionalProperties"), CB_MAX_BANK_POWER);
+    EXPECT_EQ(most("/$defs/sigma/properties/offsets"), CB_MAX_DIRECTIONS);
+    EXPECT_EQ(most("/$defs/sigma/properties/directions"), CB_MAX_DIRECTIONS);
     EXPECT_EQ(schema().at("/$defs/name/pattern"_json_pointer),
               "^[A-Za-z0-9_.-]{1," + std::to_string(CB_NAME_SIZE - 1) + "}$");
 }

@@ -33,9 +33,10 @@ struct filter {
     explicit filter(const cb_adapt_settings &with = usual()) : settings(with) {
         cb_adapt_start(&state);
     }
-    cb_adapt_outcome probe(float probed_um, float model_um, float hours = 1) {
+    cb_adapt_outcome probe(float probed_um, float model_um, float hours = 1,
+                           const cb_sigma *own = nullptr) {
         cb_adapt_wait(&settings, &state, hours);
-        return cb_adapt_probe(&settings, &state, probed_um, model_um);
+        return cb_adapt_probe(&settings, &state, probed_um, model_um, own);
     }
     float y(float m) const { return cb_adapt_value(&settings, state.bias_um, state.gain, m); }
 };
@@ -64,8 +65,8 @@ struct textbook {
 TEST(adapt, starts_as_the_model_itself) {
     filter f;
     for (const float m : {0.0f, -0.0f, 12.345f, -71.9f, 1e6f, 1e-30f}) EXPECT_EQ(f.y(m), m);
-    EXPECT_FLOAT_EQ(cb_adapt_sigma(&f.state, 0), 1);
-    EXPECT_FLOAT_EQ(cb_adapt_sigma(&f.state, 20), std::sqrt(101.0f));
+    EXPECT_FLOAT_EQ(cb_adapt_sigma(&f.state, 0, nullptr), 1);
+    EXPECT_FLOAT_EQ(cb_adapt_sigma(&f.state, 20, nullptr), std::sqrt(101.0f));
 }
 
 TEST(adapt, equals_a_kalman_filter_in_double) {
@@ -85,8 +86,8 @@ TEST(adapt, equals_a_kalman_filter_in_double) {
         t.take(f.settings, z, m);
         ASSERT_NEAR(f.state.bias_um, t.b, 2e-3) << i;
         ASSERT_NEAR(f.state.gain, t.g, 1e-4) << i;
-        ASSERT_NEAR(cb_adapt_sigma(&f.state, m), t.sigma(m), 1e-3 * t.sigma(m)) << i;
-        ASSERT_NEAR(cb_adapt_sigma(&f.state, 50), t.sigma(50), 1e-3 * t.sigma(50)) << i;
+        ASSERT_NEAR(cb_adapt_sigma(&f.state, m, nullptr), t.sigma(m), 1e-3 * t.sigma(m)) << i;
+        ASSERT_NEAR(cb_adapt_sigma(&f.state, 50, nullptr), t.sigma(50), 1e-3 * t.sigma(50)) << i;
     }
 }
 
@@ -117,13 +118,13 @@ TEST(adapt, takes_two_that_agree_and_follows_by_the_step) {
     filter f;
     f.probe(0, 0);
     const float before = f.y(0);
-    EXPECT_EQ(f.probe(50, 0), CB_ADAPT_ASK);
+    EXPECT_EQ(f.probe(32, 0), CB_ADAPT_ASK);
     EXPECT_EQ(f.y(0), before);
-    EXPECT_EQ(f.probe(50.5f, 0, 0.02f), CB_ADAPT_CONFIRMED);
+    EXPECT_EQ(f.probe(32.5f, 0, 0.02f), CB_ADAPT_CONFIRMED);
     EXPECT_NEAR(f.y(0), before + 5, 1e-4);
     // the rest stays pending, so the next one that agrees is taken at once, unless it is early
-    EXPECT_EQ(f.probe(50, 0, 0.01f), CB_ADAPT_EARLY);
-    EXPECT_EQ(f.probe(50, 0, 0.01f), CB_ADAPT_CONFIRMED);
+    EXPECT_EQ(f.probe(32, 0, 0.01f), CB_ADAPT_EARLY);
+    EXPECT_EQ(f.probe(32, 0, 0.01f), CB_ADAPT_CONFIRMED);
     EXPECT_NEAR(f.y(0), before + 10, 1e-4);
     // back inside of the gate
     EXPECT_EQ(f.probe(f.y(0) + 1, 0, 1), CB_ADAPT_TAKEN);
@@ -143,13 +144,32 @@ TEST(adapt, takes_the_median_of_three_that_disagree) {
     EXPECT_EQ(f.state.pending, 0);
 }
 
+// Two wrong ones to the same side agree as well as two right ones: beyond the bounds three decide.
+TEST(adapt, asks_for_a_third_where_two_agree_beyond_its_bounds) {
+    filter f;
+    f.probe(0, 0);
+    EXPECT_EQ(f.probe(100, 0), CB_ADAPT_ASK);
+    EXPECT_EQ(f.probe(100.5f, 0, 0.02f), CB_ADAPT_ASK);
+    EXPECT_EQ(f.state.bias_um, 0);
+    filter g = f;
+    EXPECT_EQ(f.probe(1, 0, 0.02f), CB_ADAPT_TAKEN);  // inside of the gate: it alone
+    EXPECT_EQ(g.probe(101, 0, 0.02f), CB_ADAPT_MEDIAN);
+    EXPECT_NEAR(g.y(0), 5, 1e-3);  // one step towards the bound
+    filter m;  // the gain reaches further where the model does: 30 + 0.5 * 100
+    EXPECT_EQ(m.probe(100, 100), CB_ADAPT_TAKEN);
+    m.settings.gain_drift_per_sqrt_h = 0;
+    m.state.gain_d = 1e-6f, m.state.u = 0;
+    EXPECT_EQ(m.probe(175, 100), CB_ADAPT_ASK);
+    EXPECT_EQ(m.probe(175, 100, 0.02f), CB_ADAPT_CONFIRMED);
+}
+
 // An hour later the machine itself may differ, so two probes agree within its drift.
 TEST(adapt, agreement_grows_with_the_time_between_two_probes) {
     for (const float hours : {0.02f, 1.0f}) {
         filter f;
         f.probe(0, 0);
-        EXPECT_EQ(f.probe(50, 0), CB_ADAPT_ASK);
-        EXPECT_EQ(f.probe(60, 0, hours), hours < 1 ? CB_ADAPT_ASK : CB_ADAPT_CONFIRMED);
+        EXPECT_EQ(f.probe(25, 0), CB_ADAPT_ASK);
+        EXPECT_EQ(f.probe(33, 0, hours), hours < 1 ? CB_ADAPT_ASK : CB_ADAPT_CONFIRMED);
     }
 }
 
@@ -162,7 +182,7 @@ TEST(adapt, takes_no_probe_before_its_time) {
     EXPECT_EQ(f.probe(2, 0, 1 / 3600.0f), CB_ADAPT_TAKEN);
     // a minute in steps of the box's wait
     for (int i = 0; i < 60; ++i) cb_adapt_wait(&f.settings, &f.state, 1 / 3600.0f);
-    EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, 2, 0), CB_ADAPT_TAKEN);
+    EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, 2, 0, nullptr), CB_ADAPT_TAKEN);
 }
 
 TEST(adapt, lets_nothing_implausible_in) {
@@ -171,8 +191,8 @@ TEST(adapt, lets_nothing_implausible_in) {
     f.probe(1, 5);
     for (const float wrong : {inf, -inf, nan, 1.1e6f, -3e38f}) {
         const cb_adapt before = f.state;
-        EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, wrong, 5), CB_ADAPT_IMPLAUSIBLE);
-        EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, 5, wrong), CB_ADAPT_IMPLAUSIBLE);
+        EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, wrong, 5, nullptr), CB_ADAPT_IMPLAUSIBLE);
+        EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, 5, wrong, nullptr), CB_ADAPT_IMPLAUSIBLE);
         EXPECT_EQ(std::memcmp(&before, &f.state, sizeof before), 0);
     }
     const cb_adapt before = f.state;
@@ -211,8 +231,69 @@ TEST(adapt, a_limited_probe_leaves_the_uncertainty_that_it_did_not_remove) {
     limited.probe(15, 0);  // inside of the gate, further than one step
     free.probe(15, 0);
     EXPECT_NEAR(limited.y(0), 5, 1e-4);
-    EXPECT_GT(cb_adapt_sigma(&limited.state, 0), 3);
-    EXPECT_LT(cb_adapt_sigma(&free.state, 0), 1.5);
+    EXPECT_GT(cb_adapt_sigma(&limited.state, 0, nullptr), 3);
+    EXPECT_LT(cb_adapt_sigma(&free.state, 0, nullptr), 1.5);
+}
+
+cb_sigma at(float place, std::uint32_t model = 1) {
+    return {8, 4, {place, 0, 0, 0}, model};
+}
+
+TEST(adapt, takes_the_first_probe_of_a_model_that_may_be_far_off) {
+    const cb_sigma own = at(1);  // sqrt(8² + 4²) µm
+    filter without, with;
+    EXPECT_EQ(without.probe(20, 0, 0.1f), CB_ADAPT_ASK);
+    EXPECT_NEAR(cb_adapt_sigma(&with.state, 0, &own), std::sqrt(80.0f), 1e-4);
+    EXPECT_EQ(with.probe(20, 0, 0.1f, &own), CB_ADAPT_TAKEN);
+    EXPECT_NEAR(with.state.expected_um, std::sqrt(80 + 2.25f), 1e-4);
+    // and no more than that: five sigmas are doubted
+    filter far;
+    const cb_adapt before = far.state;
+    EXPECT_EQ(far.probe(50, 0, 0, &own), CB_ADAPT_ASK);
+    EXPECT_EQ(far.state.bias_d, before.bias_d);
+    EXPECT_EQ(far.state.model, 0u);
+}
+
+TEST(adapt, believes_a_probe_more_the_further_the_state_is_from_the_last_one) {
+    filter f(wide());
+    const cb_sigma here = at(1), there = at(-1.5f);
+    f.probe(0, 0, 0, &here);
+    const float known = cb_adapt_sigma(&f.state, 0, &here);
+    EXPECT_EQ(known, cb_adapt_sigma(&f.state, 0, nullptr));
+    EXPECT_NEAR(cb_adapt_sigma(&f.state, 0, &there), std::sqrt(known * known + 100), 1e-3);
+    filter moved = f;
+    f.probe(6, 0, 0.1f, &here);
+    moved.probe(6, 0, 0.1f, &there);
+    EXPECT_GT(moved.state.expected_um, 2 * f.state.expected_um);
+    EXPECT_GT(moved.y(0), f.y(0) + 1);
+    EXPECT_GT(moved.y(0), 5.7f);
+    // the place was measured: an hour later nothing of it is left
+    EXPECT_NEAR(cb_adapt_sigma(&moved.state, 0, &there), 1.5f, 0.2f);
+}
+
+TEST(adapt, knows_nothing_of_another_model) {
+    filter f(wide());
+    const cb_sigma one = at(1), other = at(1, 2), silent = at(1, 0);
+    f.probe(0, 0, 0, &one);
+    EXPECT_NEAR(cb_adapt_sigma(&f.state, 0, &other), std::sqrt(80.0f), 1e-3);
+    EXPECT_LT(cb_adapt_sigma(&f.state, 0, &silent), 1.6f);
+    f.probe(0, 0, 0, &silent);
+    EXPECT_EQ(f.state.model, 1u);
+    f.probe(0, 0, 0, &other);
+    EXPECT_EQ(f.state.model, 2u);
+    EXPECT_LT(cb_adapt_sigma(&f.state, 0, &other), 1.6f);
+}
+
+TEST(adapt, a_probe_that_is_not_taken_leaves_the_uncertainty_as_it_was) {
+    filter f;
+    const cb_sigma here = at(0), there = at(2);
+    f.probe(0, 0, 1, &here);
+    for (const float wrong : {300.0f, -300.0f, std::nanf("")}) {
+        const cb_adapt before = f.state;
+        cb_adapt_probe(&f.settings, &f.state, wrong, 0, &there);
+        EXPECT_EQ(f.state.bias_d, before.bias_d);
+        EXPECT_EQ(f.state.place[0], 0);
+    }
 }
 
 TEST(adapt, resumes_a_stored_state_under_new_bounds_and_starts_anew_from_a_broken_one) {
@@ -229,7 +310,7 @@ TEST(adapt, resumes_a_stored_state_under_new_bounds_and_starts_anew_from_a_broke
     const std::vector<float cb_adapt::*> fields = {
         &cb_adapt::bias_um,    &cb_adapt::gain,    &cb_adapt::bias_d,    &cb_adapt::gain_d,
         &cb_adapt::u,          &cb_adapt::since_h, &cb_adapt::pending_h, &cb_adapt::innovation_um,
-        &cb_adapt::expected_um};
+        &cb_adapt::expected_um, &cb_adapt::above,   &cb_adapt::below};
     cb_adapt fresh;
     cb_adapt_start(&fresh);
     for (const auto field : fields) {
@@ -241,6 +322,10 @@ TEST(adapt, resumes_a_stored_state_under_new_bounds_and_starts_anew_from_a_broke
         EXPECT_EQ(broken.since_h, fresh.since_h);
     }
     cb_adapt broken = good;
+    broken.place[2] = std::nanf("");
+    cb_adapt_resume(&f.settings, &broken);
+    EXPECT_EQ(broken.bias_um, 0);
+    broken = good;
     broken.pending = 3;
     cb_adapt_resume(&f.settings, &broken);
     EXPECT_EQ(broken.pending, 0);
@@ -298,6 +383,14 @@ cb_adapt_settings any_settings(std::mt19937 &random) {
             pick({0, 60, 86400})};
 }
 
+// in the ranges of models/sigma.h
+cb_sigma any_sigma(std::mt19937 &random) {
+    const auto pick = [&](std::vector<float> of) { return of[random() % of.size()]; };
+    cb_sigma own = {pick({0, 1, 15, 1e6f}), pick({0, 2, 1e6f}), {}, std::uint32_t(random() % 3)};
+    for (float &place : own.place) place = pick({0, 1, -2, 1e9f, -1e9f, 1e-30f});
+    return own;
+}
+
 // in : a probe of a hostile stream; before, the state before it
 void check_bounds(const filter &f, const cb_adapt &before, cb_adapt_outcome outcome, float m) {
     const cb_adapt_settings &s = f.settings;
@@ -306,7 +399,7 @@ void check_bounds(const filter &f, const cb_adapt &before, cb_adapt_outcome outc
     ASSERT_GT(f.state.bias_d, 0);
     ASSERT_GT(f.state.gain_d, 0);
     ASSERT_TRUE(
-        std::isfinite(f.state.bias_d + f.state.gain_d + f.state.u + cb_adapt_sigma(&f.state, 72)));
+        std::isfinite(f.state.bias_d + f.state.gain_d + f.state.u + cb_adapt_sigma(&f.state, 72, nullptr)));
     if (!cb_adapt_was_taken(outcome)) {
         ASSERT_EQ(before.bias_um, f.state.bias_um);
         ASSERT_EQ(before.gain, f.state.gain);
@@ -330,7 +423,9 @@ TEST(adapt, no_stream_of_probes_breaks_a_bound) {
         if (random() % 4 != 0) m = hostile(random);
         const cb_adapt before = f.state;
         const float hours = random() % 2 ? 30e-3f / 3600 : hostile(random);
-        const cb_adapt_outcome outcome = f.probe(z, m, hours);
+        const cb_sigma own = any_sigma(random);
+        const cb_adapt_outcome outcome = f.probe(z, m, hours, random() % 4 ? &own : nullptr);
+        ASSERT_TRUE(std::isfinite(cb_adapt_sigma(&f.state, 72, &own))) << i;
         taken += cb_adapt_was_taken(outcome);
         ASSERT_NO_FATAL_FAILURE(check_bounds(f, before, outcome, m)) << i;
         if (!(std::fabs(m) <= 1e30f)) continue;

@@ -284,7 +284,7 @@ TEST(record, what_is_no_record_of_these_columns_is_kept_beside_it) {
     for (const std::string &text :
          {std::string("x"), std::string("time_s,X,mode,reason\n0,1,2,3\n"), head + "words\n",
           head + "1,2\n", head + "nan,,,0,0,0,0,nan\n", head + "0,,,0,0,0,0,1e300\n",
-          head + "-1,,,0,0,0,0,5\n", head + "torn", head + std::string(9000, '1')}) {
+          head + "-1,,,0,0,0,0,5\n", head + "torn", head + std::string(13000, '1')}) {
         files fresh;
         std::ofstream(fresh.path) << text;
         ASSERT_EQ(fresh.start(), 0);

@@ -129,7 +129,7 @@ TEST_F(state_file, has_what_probes_adapted) {
         grown = before;
         cb_adapt_wait(&rig.box->config.terms[2].as.adapt.settings, &grown,
                       static_cast<float>(pause_s) / 3600);
-        const float s = cb_adapt_sigma(&grown, 20);
+        const float s = cb_adapt_sigma(&grown, 20, nullptr);
         EXPECT_NEAR(again.state().filter.expected_um, std::sqrt(s * s + 1.5f * 1.5f), 0.02f * s)
             << pause_s;
     }
