@@ -137,9 +137,9 @@ struct state_file {
     struct probe {
         char name[24], of[24];
         std::int64_t unix_us, boottime_us;
-        float filter[13];
+        float filter[18];
         std::uint8_t pending, waits;
-        std::uint32_t taken, asked, refused, skipped, count, unused;
+        std::uint32_t taken, asked, refused, skipped, count;
     };
     struct ending {
         std::int64_t unix_us, boottime_us;

@@ -340,6 +340,44 @@ class adapted_invariant : public invariant {
     std::vector<json> adapts_;
 };
 
+// A term that states a sigma is never surer than its floor, and one that states none is silent.
+class sigma_invariant : public invariant {
+  public:
+    explicit sigma_invariant(run &of) : invariant(of, "sigma") {
+        // Another file may have another floor, and a bit may flip in this one.
+        if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
+        const json root = json::parse(of.box_machine.text);
+        for (const auto &term : root.at("terms")) {
+            const std::string type = term.at("type");
+            if (type == "adapt") continue;  // its own filter's
+            floors_[term.at("name")] =
+                term.contains("sigma") ? term.at("sigma").at("floor_um")[0].get<double>() : -1;
+        }
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (floors_.empty() || path != run::snapshot_path) return;
+        const json snapshot = json::parse(file.bytes, nullptr, false);
+        if (!snapshot.is_object() || !snapshot.contains("terms")) return;
+        for (const auto &term : snapshot.at("terms")) {
+            const auto floor = floors_.find(term.at("name"));
+            if (floor != floors_.end()) judge(term, floor->second);
+        }
+    }
+
+  private:
+    // in : floor_um: below 0: the term states none
+    void judge(const json &term, double floor_um) {
+        const json &sigma = term.at("sigma_um");
+        const bool good = sigma.is_null() || (floor_um >= 0 && sigma.is_number() &&
+                                              sigma.get<double>() >= floor_um * (1 - 1e-6));
+        if (!good)
+            violated(fmt::format("term {} states a sigma of {} um, and its floor is {}",
+                                 term.at("name").get<std::string>(), sigma.dump(), floor_um));
+    }
+
+    std::map<std::string, double> floors_;
+};
+
 // The slope of a channel with `tangent` is that of its terms where its axis rests, and begins
 // there.
 class slope_invariant : public invariant {
@@ -458,6 +496,7 @@ class slope_invariant : public invariant {
 void add_models(run &of, invariants &all) {
     all.push_back(std::make_unique<models_invariant>(of));
     all.push_back(std::make_unique<adapted_invariant>(of));
+    all.push_back(std::make_unique<sigma_invariant>(of));
     all.push_back(std::make_unique<slope_invariant>(of));
 }
 

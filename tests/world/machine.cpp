@@ -265,14 +265,21 @@ struct draft {
             lagged ? std::vector<double>{0, 20, 900} : std::vector<double>{0};
         std::vector<double> row(taus.size(), weight / static_cast<double>(taus.size()));
         row.insert(row.end(), taus.size(), weight * 1e-3);
-        add_term({{"name", name},
-                  {"type", "linear"},
-                  {"bank",
-                   {{"inputs", json::array({input})},
-                    {"powers", {{input, json::array({1, 2})}}},
-                    {"tau_s", taus},
-                    {"weights", json::array({row})},
-                    {"bias", json::array({bias})}}}});
+        json term = {{"name", name},
+                     {"type", "linear"},
+                     {"bank",
+                      {{"inputs", json::array({input})},
+                       {"powers", {{input, json::array({1, 2})}}},
+                       {"tau_s", taus},
+                       {"weights", json::array({row})},
+                       {"bias", json::array({bias})}}}};
+        if (weight > 0) { // its sigma, along the weights and along each column alike
+            term["sigma"] = {{"floor_um", json::array({0.5 + std::fabs(bias)})},
+                             {"along_um", json::array({std::fabs(weight)})},
+                             {"offsets", json::array({-0.5, bias})},
+                             {"directions", json::array({row, std::vector<double>(row.size(), 0.1)})}};
+        }
+        add_term(term);
     }
 
     void add_product(const std::string &name) {
