@@ -70,6 +70,8 @@ int main(void) {
                 false);
     good &= step_load(STEP_BANK);
     good &= row("cb_box_step, and a bank of 256 lags", step_most(STEP_TRAVEL, 500), 40000, false);
+    good &= step_load(STEP_SIGMA);
+    good &= row("cb_box_step, and the bank's sigma", step_most(STEP_TRAVEL, 500), 40000, false);
     good &= row("planted: two splines for one", used_by(subject_two_splines), 150, true);
     good &=
         row("planted: hidden layer in double", used_by(subject_network_in_double), network, true);

@@ -4,7 +4,8 @@
 volumetric term, a 19-20-3 network behind its training range, 24 lags of 12 thermometers.
 
 The six curves of an axis stand on the same breaks, as those do that were measured together; with
-the option --own-breaks none does. With --bank there is a linear term of 256 lags and three outputs beside them."""
+the option --own-breaks none does. With --bank there is a linear term of 256 lags and three outputs beside them; with
+--sigma it states its sigma along four directions too."""
 
 import json
 import random
@@ -13,6 +14,7 @@ import sys
 AXES, ERRORS, TRAVEL_MM = "XYZ", "XYZABC", {"X": 14300, "Y": 3000, "Z": 2500}
 POINTS, DEGREE, INPUTS, HIDDEN, OUTPUTS = 20, 3, 19, 20, 3
 THERMOMETERS, TAUS_S = 12, (600, 3600)
+BANKED = "--bank" in sys.argv or "--sigma" in sys.argv
 dice = random.Random(3)
 
 
@@ -57,9 +59,13 @@ def network():
 
 def bank():
     inputs, taus = [f"T{i}" for i in range(8)], [20 * 2 ** (i / 2) for i in range(16)]
-    return {"name": "bank", "type": "linear", "outputs": ["bank_x", "bank_y", "bank_z"],
+    term = {"name": "bank", "type": "linear", "outputs": ["bank_x", "bank_y", "bank_z"],
             "bank": {"inputs": inputs, "powers": {name: [1, 2] for name in inputs}, "tau_s": taus,
                      "weights": [numbers(256, 0.01) for _ in range(OUTPUTS)]}}
+    if "--sigma" in sys.argv:
+        term["sigma"] = {"floor_um": [8] * OUTPUTS, "along_um": [2] * OUTPUTS, "offsets": numbers(4, 1),
+                         "directions": [numbers(256, 0.01) for _ in range(4)]}
+    return term
 
 
 def terms():
@@ -69,14 +75,14 @@ def terms():
            "outputs": ["vol_x", "vol_y", "vol_z"], "tool_length_mm": 200,
            "squareness_urad": {"C0Y": 12, "B0Z": -7, "A0Z": 20}}
     yield network()
-    if "--bank" in sys.argv:
+    if BANKED:
         yield bank()
 
 
 def channels():
     for i, axis in enumerate(AXES):
         name = axis.lower()
-        bank = [f"bank_{name}"] * ("--bank" in sys.argv)
+        bank = [f"bank_{name}"] * BANKED
         yield {"name": axis, "sum": [f"vol_{name}", f"net_{name}", *bank], "plc": 104 + 2 * i,
                "limit_um": 300, "error_um": 400, "slew_um_per_s": 500, "type": "int32",
                "scale": 0.01}

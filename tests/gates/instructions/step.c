@@ -16,12 +16,16 @@ static const char own_breaks[] = {
 static const char bank[] = {
 #include "reference_load_bank.inc"
 };
+static const char sigma[] = {
+#include "reference_load_sigma.inc"
+};
 static const struct {
     const char *text;
     size_t length;
 } files[] = {[STEP_SHARED_BREAKS] = {shared_breaks, sizeof shared_breaks},
              [STEP_OWN_BREAKS] = {own_breaks, sizeof own_breaks},
-             [STEP_BANK] = {bank, sizeof bank}};
+             [STEP_BANK] = {bank, sizeof bank},
+             [STEP_SIGMA] = {sigma, sizeof sigma}};
 
 enum { PERIOD_US = 30000, AXES = 3, THERMOMETERS = 12, FIRST_THERMOMETER = 14, TEMPERATURE = 220 };
 

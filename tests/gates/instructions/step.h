@@ -13,7 +13,7 @@ enum step_world {
 };
 
 /* The reference load, and its options. */
-enum step_file { STEP_SHARED_BREAKS, STEP_OWN_BREAKS, STEP_BANK };
+enum step_file { STEP_SHARED_BREAKS, STEP_OWN_BREAKS, STEP_BANK, STEP_SIGMA };
 
 /* out: false when the loader refuses the file */
 bool step_load(enum step_file file);
