@@ -15,7 +15,7 @@ import pytest
 
 from boxes import bank_um
 from fleets import COUNT, POISONED, Plant, cli
-from fleet import links, receiving, rollout, signing, site
+from fleet import links, receiving, rollout, signing, site, tools
 from fleet.errors import FleetError
 from fleet.registry import Registry, write_file
 
@@ -311,6 +311,32 @@ def test_a_box_takes_what_is_in_order(arrived):
     assert receiving.take(payload(text, signature), keys, place) == 8
     assert place.read_text() == text and pathlib.Path(f"{place}.minisig").read_text() == signature
     assert receiving.take(payload(text, signature), keys, place) is None
+
+
+@pytest.mark.parametrize("steps", [0, 1, 2, 3])
+def test_a_box_that_is_cut_off_while_it_takes_a_file_has_one_that_verifies(arrived, plant, monkeypatch, steps):
+    text, signature, keys, place = arrived
+    old = place.read_text()
+    write_file(pathlib.Path(f"{place}.minisig"), signing.signed(old, plant.folder / "plant.key").encode())
+    left = [steps]
+
+    def dies_after(call):
+        def step(*words):
+            left[0] -= 1
+            if left[0] < 0:
+                raise KeyboardInterrupt
+            return call(*words)
+        return step
+
+    monkeypatch.setattr(receiving, "write_file", dies_after(write_file))
+    monkeypatch.setattr(pathlib.Path, "replace", dies_after(pathlib.Path.replace))
+    try:
+        receiving.put(text, signature, place)
+    except KeyboardInterrupt:
+        pass
+    assert left[0] == (0 if steps == 3 else -1)
+    assert place.read_text() == (text if steps > 1 else old)
+    tools.compbox("verify", place, "--keys", keys)
 
 
 def test_a_box_refuses(arrived, plant):
