@@ -12,7 +12,8 @@ import pytest
 from test_packages import PACKAGES, ROOT, VERSION, run
 
 SYSROOT = ROOT / "build/debian/sysroot"
-GANTRY = ROOT / "examples/gantry-straightness"
+GANTRY, NINE_LINE = ROOT / "examples/gantry-straightness", ROOT / "examples/nine-line"
+REFERENCE = {"X": "0,1000,900", "Y": "0,0,700", "Z": "0,-150,400"}
 RELATIVE = 1e-6      # of what is written as float32
 LINEAR_UM = 1e-9
 AS_GOOD = 0.01
@@ -69,6 +70,42 @@ def test_fits_find_the_same_curves(both):
     here, there = map(fit, both)
     assert_close(here, there)
     assert all(len(there[curve]["terms"][0]["control_points"]) > 4 for curve in there)
+
+
+def identify(tools):
+    """Nine lines an axis to a coefficient file. out: (numbers of the eighteen errors, the file)"""
+    errors = []
+    for axis, point in REFERENCE.items():
+        lines = [NINE_LINE / axis / f"P{number}{along}.rtl" for number in "123" for along in "xyz"]
+        tools.compbox("assemble", *lines, "-o", f"{axis}.csv")
+        tools.compbox("identify", f"{axis}.csv", "--axis", axis, "--points", NINE_LINE / f"{axis}.plan.json",
+                      f"--reference-point={point}", "-o", f"identified/{axis}")
+        for file in sorted((tools.folder / "identified" / axis).glob("E*.csv")):
+            errors += [float(cell) for line in file.read_text().splitlines()[1:] for cell in line.split(",")]
+    tools.compbox("volumetric", *(f"identified/{axis}" for axis in REFERENCE), "--chain", "fXYZ", "--diagonals",
+                  NINE_LINE / "diagonals.csv", "--tool-length-mm", "120", "--name", "vol", "-o", "vol.json")
+    tools.compbox("init", "--axes", "XYZ", "--profile", "generic", "--host", "127.0.0.1", "--travel",
+                  "X=4000,Y=2000,Z=1000", "-o", "machine.json")
+    tools.compbox("build", "machine.json", "vol.json", "-o", "coefficients.json")
+    return errors, json.loads((tools.folder / "coefficients.json").read_text())
+
+
+def test_identification_finds_the_same_errors(both):
+    here, there = map(identify, both)
+    worst = max(abs(a - b) for a, b in zip(here[0], there[0], strict=True))
+    print(f"nine lines, largest difference of an error: {worst:g} µm or µrad")
+    assert len(here[0]) > 1000 and worst < LINEAR_UM
+    assert_close(here[1], there[1])
+
+
+def test_training_finds_the_same_bank(both):
+    """What compbox fleet trains by default: a linear map over a bank of lags."""
+    banks = []
+    for tools in both:
+        tools.compbox("train", ROOT / "examples/spindle-thermal/steps.csv", "--outputs", "ch1_um,ch2_um", "--inputs",
+                      "t1_degC,t5_degC,spindle_rpm", "--run-column", "spindle_rpm", "--name", "bank", "-o", "bank.json")
+        banks.append(json.loads((tools.folder / "bank.json").read_text()))
+    assert_close(*banks)
 
 
 def train(tools, *words):
