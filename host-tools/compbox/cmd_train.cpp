@@ -17,6 +17,7 @@
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
+#include "host-tools/training/select_inputs.h"
 #include "host-tools/training/train.h"
 
 namespace compbox {
@@ -25,6 +26,7 @@ namespace {
 
 struct train_arguments {
     std::string data, output, plot, predictions;
+    std::vector<std::string> choices;  // of select-inputs
     training::data_options columns;
     training::train_options options;
     std::vector<std::string> slopes;   // "X:T1,T2"
@@ -87,6 +89,11 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     const bool has_record = !arguments.columns.record.empty();
     if (has_record && options.starts_of_lags != training::lag_starts::both) {
         options.starts_of_lags = training::lag_starts::once;
+    }
+    for (const auto &choice : arguments.choices) {
+        for (const auto &name : training::inputs_of_choice(choice)) {
+            arguments.columns.inputs.push_back(name);
+        }
     }
     options.linear_path = !arguments.no_linear_path;
     options.bank = !arguments.asks_for_map();
@@ -194,6 +201,9 @@ void add_columns(cli::command &train, train_arguments &arguments) {
         .add_option("--inputs C,D", columns.inputs,
                     "Columns that the box will have as signals (all that may be inputs)")
         .delimiter(',');
+    train.add_option("--inputs-of CHOICE.json", arguments.choices,
+                     "Inputs that select-inputs chose (its -o), after those of --inputs; may be given "
+                     "several times");
     train
         .add_option("--speeds C,D", columns.speeds,
                     "Inputs taken to their square and cube too (those with rpm, speed or Drehzahl "
@@ -229,8 +239,8 @@ void add_lags(cli::command &train, train_arguments &arguments) {
     train.add_option(
         "--slope X:T1,T2", arguments.slopes,
         "The error's slope along a position is linear in these inputs, as the control's "
-        "tan beta is in temperature; X*X*Z: along a product of positions; may be given several "
-        "times");
+        "tan beta is in temperature (* matches any text); X*X*Z: along a product of positions; may "
+        "be given several times");
     const std::map<std::string, training::lag_starts> starts = {
         {"run", training::lag_starts::each_run},
         {"once", training::lag_starts::once},

@@ -57,13 +57,14 @@ formats::unit_choice units_for(const data_options &options, std::set<std::string
     };
 }
 
-// All columns of a list, in its order. Throws if one is repeated or the box rejects its name.
+// All columns of a list, in its order; a pattern leaves out what the list names. Throws if one is repeated or the box rejects its name.
 std::vector<std::string> chosen(const formats::csv_table &table,
                                 const std::vector<std::string> &entries,
                                 const std::vector<std::string> &others) {
-    std::vector<std::string> names;
+    std::vector<std::string> names, taken = others;
+    taken.insert(taken.end(), entries.begin(), entries.end());
     for (const auto &entry : entries) {
-        for (const auto &name : matching(table, entry, others)) {
+        for (const auto &name : matching(table, entry, taken)) {
             if (has(names, name)) {
                 throw input_error(table.file, 0, 0, "the column '{}' is named twice", name);
             }

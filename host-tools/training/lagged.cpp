@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/lagged.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -124,6 +126,20 @@ Eigen::MatrixXd inputs_from(const training_data &data, const std::vector<model_i
     return x;
 }
 
+// out: the columns of a slope's inputs, in the order of the list; * matches any text
+std::vector<std::size_t> columns_like(const training_data &data,
+                                      const std::vector<std::string> &patterns) {
+    std::vector<std::size_t> columns;
+    for (const auto &pattern : patterns) {
+        const std::size_t before = columns.size();
+        for (std::size_t c = 0; c < data.inputs.size(); ++c) {
+            if (::fnmatch(pattern.c_str(), data.inputs[c].c_str(), 0) == 0) columns.push_back(c);
+        }
+        if (columns.size() == before) check_names(data, {pattern}, "--slope");
+    }
+    return columns;
+}
+
 }  // namespace
 
 std::vector<model_input> model_inputs(const training_data &data, const lag_options &options) {
@@ -164,9 +180,9 @@ void add_slopes(std::vector<model_input> &inputs, const training_data &data,
             input.origin.push_back(std::round(0.5 * (position.minCoeff() + position.maxCoeff())));
             positions += " * " + name;
         }
-        for (const auto &name : slope.of) {
-            input.column = static_cast<std::size_t>(index_of(name));
-            input.name = name + positions;
+        for (const std::size_t column : columns_like(data, slope.of)) {
+            input.column = column;
+            input.name = data.inputs[column] + positions;
             inputs.push_back(input);
         }
     }

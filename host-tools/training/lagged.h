@@ -26,7 +26,7 @@ struct model_input {
 // positions are multiplied: {"X", "X", "Z"} is the square of X times Z.
 struct slope_option {
     std::vector<std::string> along;
-    std::vector<std::string> of;
+    std::vector<std::string> of;  // * matches any text
 };
 
 struct lag_options {

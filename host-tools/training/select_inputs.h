@@ -54,6 +54,8 @@ selection select_inputs(const training_data &data, const select_options &options
 
 json selection_json(const selection &result);
 std::string report_of(const selection &result);
+// in : a file of selection_json(). out: the model's inputs. Throws input_error.
+std::vector<std::string> inputs_of_choice(const std::string &path);
 // Plots the grades as bars, cluster by cluster, the chosen ones first. Throws input_error.
 void plot_selection(const selection &result, const std::string &path);
 

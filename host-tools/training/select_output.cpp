@@ -21,6 +21,14 @@ const char *index_name(const selection &result) {
     return result.options.count > 0 ? "similarity of the cut" : "F statistic";
 }
 
+// The choice, then what is kept.
+std::vector<std::string> inputs_of_model(const selection &result) {
+    std::vector<std::string> names;
+    for (const std::size_t c : result.chosen) names.push_back(result.data.inputs[c]);
+    names.insert(names.end(), result.options.keep.begin(), result.options.keep.end());
+    return names;
+}
+
 json check_json(const selection &result, const checked_choice &checked) {
     json one;
     one["inputs"] = checked.inputs;
@@ -52,6 +60,7 @@ std::string left_away(const checked_choice &from, const checked_choice &to) {
 json selection_json(const selection &result) {
     json all;
     for (std::size_t c : result.chosen) all["chosen"].push_back(result.data.inputs[c]);
+    all["inputs"] = inputs_of_model(result);
     all["clusters"] = result.clusters.count;
     all["validity_index"] = index_name(result);
     all["validity"] = formats::five_digits(result.clusters.validity);
@@ -69,6 +78,10 @@ json selection_json(const selection &result) {
     if (!result.data.note.empty()) all["note"] = result.data.note;
     for (const auto &checked : result.checks) all["checks"].push_back(check_json(result, checked));
     return all;
+}
+
+std::vector<std::string> inputs_of_choice(const std::string &path) {
+    return formats::get<std::vector<std::string>>(formats::read_json(path), "inputs", path);
 }
 
 std::string report_of(const selection &result) {
@@ -103,12 +116,7 @@ std::string report_of(const selection &result) {
                         i == 0 ? "all candidates"
                                : "without " + left_away(result.checks[i - 1], result.checks[i]));
     }
-    text += "\n--inputs ";
-    for (std::size_t i = 0; i < result.chosen.size(); ++i) {
-        text += (i == 0 ? "" : ",") + result.data.inputs[result.chosen[i]];
-    }
-    for (const auto &name : result.options.keep) text += "," + name;
-    text += "\n";
+    text += fmt::format("\n--inputs {}\n", fmt::join(inputs_of_model(result), ","));
     for (const auto &one : result.data.glitches) text += fmt::format("note: glitch: {}\n", one);
     if (!result.data.note.empty()) text += fmt::format("note: {}\n", result.data.note);
     return text;

@@ -57,6 +57,31 @@ def test_what_it_prints_trains(compbox, rows):
                  "--hidden", 0, "--name", "net", "-o", "net.json")
 
 
+def test_train_takes_the_choice_from_its_file(compbox, rows):
+    compbox.good(*SELECT, "--count", 2, "--keep", "rpm", "-o", "c.json")
+    chosen = compbox.read("c.json")["inputs"]
+    assert chosen == compbox.read("c.json")["chosen"] + ["rpm"]
+    train = ("train", "rows.csv", "--outputs", "ez_um", "--run-column", "run", "--hidden", 0, "--name", "net", "-o",
+             "net.json")
+    compbox.good(*train, "--inputs", ",".join(chosen))
+    named = compbox.read("net.json")["terms"]
+    compbox.good(*train, "--inputs-of", "c.json")
+    assert compbox.read("net.json")["terms"] == named
+    compbox.write("d.json", {"inputs": chosen[:1]})
+    compbox.good(*train, "--inputs", "rpm", "--inputs-of", "d.json")
+    assert compbox.read("net.json")["terms"][0]["bank"]["inputs"] == ["rpm", chosen[0]]
+    compbox.write("d.json", {"chosen": ["t1"]})
+    assert compbox.refused(*train, "--inputs-of", "d.json").startswith("d.json: ")
+
+
+def test_a_pattern_leaves_out_what_is_kept(compbox, rows):
+    """t* are four sensors; with t2 kept, three of them are candidates."""
+    compbox.good(*SELECT, "--count", 2, "--keep", "t2,rpm", "-o", "c.json")
+    choice = compbox.read("c.json")
+    assert [c["name"] for c in choice["candidates"]] == ["t1", "t3", "t4"]
+    assert choice["inputs"][-2:] == ["t2", "rpm"]
+
+
 @pytest.mark.parametrize("method", ["c-means", "closure"])
 @pytest.mark.parametrize("how", ["--check", "--by-runs"])
 def test_check_on_runs_left_out(compbox, rows, method, how):

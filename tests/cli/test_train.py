@@ -247,6 +247,17 @@ def test_margins_of_some_inputs(compbox):
                                   abs=1e-5)
 
 
+def test_a_pattern_names_the_inputs_of_a_slope(compbox):
+    """Only t1 begins with t, so X:t* is X:t1."""
+    write_screw(compbox)
+    words = ["0" if word == "6" else word for word in SCREW]
+    compbox.good(*words, "--slope", "X:t1")
+    named = compbox.read("net.json")["terms"]
+    compbox.good(*words, "--slope", "X:t*")
+    assert compbox.read("net.json")["terms"] == named
+    assert compbox.refused(*words, "--slope", "X:q*") == "--slope names 'q*', which is not among the inputs"
+
+
 def test_slope_names_that_the_box_cannot_take(compbox):
     _, probed = write_screw(compbox)
     lines = ["time_s,run,X,Z,t1,rpm,deviation_of_the_tool"] + [",".join(map(str, r)) for r in probed]
