@@ -202,8 +202,8 @@ void add_columns(cli::command &train, train_arguments &arguments) {
                     "Columns that the box will have as signals (all that may be inputs)")
         .delimiter(',');
     train.add_option("--inputs-of CHOICE.json", arguments.choices,
-                     "Inputs that select-inputs chose (its -o), after those of --inputs; may be given "
-                     "several times");
+                     "Inputs that select-inputs chose (its -o), after those of --inputs; may be "
+                     "given several times");
     train
         .add_option("--speeds C,D", columns.speeds,
                     "Inputs taken to their square and cube too (those with rpm, speed or Drehzahl "

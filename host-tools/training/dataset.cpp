@@ -57,7 +57,8 @@ formats::unit_choice units_for(const data_options &options, std::set<std::string
     };
 }
 
-// All columns of a list, in its order; a pattern leaves out what the list names. Throws if one is repeated or the box rejects its name.
+// All columns of a list, in its order; a pattern leaves out what the list names. Throws if one is
+// repeated or the box rejects its name.
 std::vector<std::string> chosen(const formats::csv_table &table,
                                 const std::vector<std::string> &entries,
                                 const std::vector<std::string> &others) {

@@ -67,8 +67,8 @@ def page(report):
         row(f"**{own}** (what we ship)", main)]
     for name in practical["baselines"]:
         lines.append(row(name, runs_of(report, "practical", name, judged)))
-    lines += ["", "Each machine has 27 thermometers: two at nut, bearing, motor and guideway of each axis, and one at its "
-              "cover. `compbox select-inputs` chooses 12 of them from the parts of the first day, by fuzzy clustering "
+    lines += ["", "Each machine has 27 thermometers: two at nut, bearing, motor and guideway of each axis, and one at "
+              "its cover. `compbox select-inputs` chooses 12 of them from the parts of the first day, by fuzzy clustering "
               "and grey relational grade, as S3 does; every method gets these 12.", "",
               "with-memory: a straight map of the twelve temperatures, speed and its square with lags of 5, 20 and 60 "
               "min, slopes along X, Y and Z, and in Y the load and the speed times powers of the positions for the "
@@ -84,8 +84,8 @@ def page(report):
                      "ceiling_percent", judged, own),
               by_key(report, "as the touch probe shows it (1 µm, 0.5 µm)", "remeasured_percent", judged, own),
               by_key(report, "its ceiling: unexplained part and probe noise", "noise_ceiling_percent", judged, own), "",
-              "The ceiling is computed, not trained: the twin's own formulas with the true temperature of each lump and "
-              "the true force explain all but 5 % of the error's range. No model can be better.", "",
+              "The ceiling is computed, not trained: the twin's own formulas with the true temperature of each lump "
+              "and the true force explain all but 5 % of the error's range. No model can be better.", "",
               "In Y heat and the wall are of one size and of opposite sign, so little is left to compare with. The "
               "wall yields by the cube of the height, and less in its middle, times a force that the box knows by "
               "the spindle's load. Two things matter in Y:", "",
