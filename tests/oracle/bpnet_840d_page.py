@@ -68,8 +68,8 @@ def page(report):
     for name in practical["baselines"]:
         lines.append(row(name, runs_of(report, "practical", name, judged)))
     lines += ["", "Each machine has 27 thermometers: two at nut, bearing, motor and guideway of each axis, and one at "
-              "its cover. `compbox select-inputs` chooses 12 of them from the parts of the first day, by fuzzy clustering "
-              "and grey relational grade, as S3 does; every method gets these 12.", "",
+              "its cover. `compbox select-inputs` chooses 12 of them from the parts of the first day, by fuzzy "
+              "clustering and grey relational grade, as S3 does; every method gets these 12.", "",
               "with-memory: a straight map of the twelve temperatures, speed and its square with lags of 5, 20 and 60 "
               "min, slopes along X, Y and Z, and in Y the load and the speed times powers of the positions for the "
               "wall. with-network: the same, but a hidden layer of 8 for the wall. static-ridge: 19 inputs without "
