@@ -395,7 +395,7 @@ REFUSED = {
     "no output": (None, ("--outputs", "dz"), "rows.csv:1: there is no column 'dz' (there are time_s, run, "
                   "t1_degC, t2_degC, rpm, ez_um, ey_um)"),
     "no match": (None, ("--inputs", "x*"), "rows.csv: no column matches x*"),
-    "twice": (None, ("--inputs", "rpm,r*m"), "rows.csv: the column 'rpm' is named twice"),
+    "twice": (None, ("--inputs", "rp*,r*m"), "rows.csv: the column 'rpm' is named twice"),
     "both sides": (None, ("--inputs", "rpm,ez_um"),
                    "rows.csv: the column 'ez_um' is both input and output"),
     "no run column": (None, ("--run-column", "step"), "rows.csv:1: there is no column 'step'"),
