@@ -25,7 +25,7 @@ namespace compbox {
 namespace {
 
 struct train_arguments {
-    std::string data, output, plot, predictions;
+    std::string data, output, plot, predictions, prior, moments;
     std::vector<std::string> choices;  // of select-inputs
     training::data_options columns;
     training::train_options options;
@@ -101,6 +101,11 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     arguments.columns.find_runs = arguments.columns.time_if_there = options.bank;
     arguments.columns.needs_time = has_record || !options.lags.lags_s.empty() ||
                                    !options.lags.squares.empty() || arguments.simulates_probes();
+    if (!arguments.prior.empty()) {
+        options.priors =
+            std::make_shared<training::bank_priors>(training::read_priors(arguments.prior));
+    }
+    options.moments = !arguments.moments.empty();
     options.progress = cli::progress_bar_of(io, "training", "loss");
     const training::training_data data =
         training::read_training_data(arguments.data, arguments.columns);
@@ -108,6 +113,10 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
     if (!arguments.plot.empty()) training::plot_training(result, arguments.plot);
     if (!arguments.predictions.empty())
         formats::write_file(arguments.predictions, training::predictions_csv(result), &io.out);
+    if (result.moments) {
+        const json moments = training::json_of(*result.moments);
+        formats::write_file(arguments.moments, formats::json_text(moments), &io.out);
+    }
     json fragment = training::fragment_of(result);
     std::string report = training::report_of(result);
     if (arguments.simulates_probes()) {
@@ -144,6 +153,7 @@ void check_usage(const train_arguments &arguments) {
     const training::lag_options &lags = arguments.options.lags;
     cli::different_files({{"-o", arguments.output},
                           {"--predictions", arguments.predictions},
+                          {"--moments", arguments.moments},
                           {"--plot", arguments.plot}});
     if (!lags.only.empty() && lags.lags_s.empty()) {
         throw cli::usage_error("--lag-only", "needs --lags");
@@ -165,6 +175,11 @@ void check_usage(const train_arguments &arguments) {
         throw cli::usage_error("--zero-at-start",
                                "is for a bank: leave out --lags, --squares, "
                                "--slope and the options of a network");
+    }
+    for (const auto &[option, used] : {std::pair{"--prior", !arguments.prior.empty()},
+                                       std::pair{"--moments", !arguments.moments.empty()}}) {
+        if (bank || !used) continue;
+        throw cli::usage_error(option, "is for a bank: leave out the options of another map");
     }
     if (!bank && !arguments.columns.speeds.empty()) {
         throw cli::usage_error("--speeds", "is for a bank; with --lags name them in --squares");
@@ -211,6 +226,11 @@ void add_columns(cli::command &train, train_arguments &arguments) {
         .delimiter(',');
     train.add_flag("--zero-at-start", arguments.options.zero_at_start,
                    "Errors count from the first row of each run, as in logs that begin at zero");
+    train.add_option("--prior PRIOR.json", arguments.prior,
+                     "What other machines of this type know (compbox prior): the own bank is drawn "
+                     "to them as far as the runs left out show");
+    train.add_option("--moments F.json", arguments.moments,
+                     "Write what `compbox prior` needs to know of this machine");
     train.add_option(
         "--run-column NAME", columns.run_column,
         "A new run begins where this column changes: lags start anew (--lags-start), and "

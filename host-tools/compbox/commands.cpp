@@ -18,6 +18,7 @@ void add_computing_commands(cli::command &app) {
     add_volumetric(app);
     add_select_inputs(app);
     add_train(app);
+    add_prior(app);
     add_sensors(app);
     add_build(app);
     add_pack(app);

@@ -27,6 +27,7 @@ void add_squareness(cli::command &app);
 void add_volumetric(cli::command &app);
 void add_select_inputs(cli::command &app);
 void add_train(cli::command &app);
+void add_prior(cli::command &app);
 void add_sensors(cli::command &app);
 void add_build(cli::command &app);
 void add_check(cli::command &app);

@@ -107,13 +107,18 @@ class averaging {
         }
     }
 
-    // out: the member that uses these columns
-    member train(const std::vector<Eigen::Index> &columns) const {
+    // out: the member that uses these columns, with this decay or, for 0, its best
+    member train(const std::vector<Eigen::Index> &columns, double decay) const {
         std::vector<path> paths;
         for (const sums &others : others_) paths.emplace_back(others, columns);
         const Eigen::MatrixXd x = x_(Eigen::all, columns);
         member one;
-        choose_decay(one, x, paths);
+        if (decay > 0.0) {
+            one.decay = Eigen::VectorXd::Constant(t_.cols(), decay);
+            one.worst_square = Eigen::VectorXd::Ones(t_.cols());
+        } else {
+            choose_decay(one, x, paths);
+        }
         one.left_out = left_out(x, paths, one.decay);
         one.map = path(all_, columns).at(one.decay);
         if (!starts_.empty()) one.map.offset = offset_of_runs(x, one.map.weights);
@@ -185,11 +190,11 @@ Eigen::MatrixXd from_starts(const Eigen::MatrixXd &values,
 
 averaged_map average_maps(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                           const row_folds &folds, const members_of &members,
-                          const std::vector<Eigen::Index> &starts, int threads) {
+                          const std::vector<Eigen::Index> &starts, int threads, double decay) {
     const averaging trainer(x, t, folds, starts);
     std::vector<member> trained(members.size());
     run_parallel(members.size(), threads,
-                 [&](std::size_t m) { trained[m] = trainer.train(members[m]); });
+                 [&](std::size_t m) { trained[m] = trainer.train(members[m], decay); });
     averaged_map mean;
     const auto count = static_cast<Eigen::Index>(members.size());
     mean.decay.resize(count, t.cols()), mean.share.resize(count, t.cols());

@@ -22,11 +22,12 @@ struct averaged_map {
 // out: each member has the strongest decay that is nearly as good as the best on the folds left out
 //      (strongest_that_serves in ridge.h), and a share by the inverse square of its mean square
 //      worst residual there. With offsets of runs, predictions and t count from each run's first
-//      row, and the map's offset is the mean over the runs.
+//      row, and the map's offset is the mean over the runs. With a decay above 0 that is every
+//      member's.
 averaged_map average_maps(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
                           const row_folds &folds,
                           const std::vector<std::vector<Eigen::Index>> &members,
-                          const std::vector<Eigen::Index> &starts, int threads);
+                          const std::vector<Eigen::Index> &starts, int threads, double decay = 0.0);
 
 // Subtracts from each row the first row of its run.
 Eigen::MatrixXd from_starts(const Eigen::MatrixXd &values, const std::vector<Eigen::Index> &starts);

@@ -13,7 +13,7 @@ namespace compbox::training {
 namespace {
 
 constexpr std::size_t most_time_constants = 10;
-constexpr double shortest_s = 60.0, usual_longest_s = 10800.0, longest_of_days_s = 43200.0;
+constexpr double shortest_s = 60.0, longest_of_days_s = 43200.0;
 constexpr double days_s = 4.0 * 86400.0;
 constexpr std::size_t highest_power = 3;
 constexpr double most_of_usual = 5.0;  // a column that moves more has another quantity

@@ -13,6 +13,7 @@ namespace compbox::training {
 
 constexpr std::size_t most_bank_lags = 256;   // CB_MAX_BANK_LAGS
 constexpr std::size_t most_bank_inputs = 64;  // CB_MAX_SIGNALS
+constexpr double usual_longest_s = 10800.0;   // time constant, of a record of less than four days
 
 // Whether a name has "rpm", "speed" or "drehzahl" in it, in any case.
 bool is_name_of_a_speed(const std::string &name);

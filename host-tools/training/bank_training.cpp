@@ -11,6 +11,7 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/training/gain.h"
 #include "host-tools/training/select_inputs.h"
+#include "host-tools/training/shrinkage.h"
 
 namespace compbox::training {
 
@@ -126,6 +127,24 @@ Eigen::ArrayXd squares_of(const train_result &network, const judged_model &judge
     return squares;
 }
 
+// Throws input_error if the bank of this data has other weights than the prior.
+void check_prior(const std::string &file, const bank_space &prior, const training_data &data) {
+    const std::string text =
+        prior.difference({data.inputs, data.speeds, data.outputs, prior.tau_s});
+    if (!text.empty()) throw input_error(file, 0, 0, "and {} have {}", data.file, text);
+    if (!prior.tau_s.empty() && data.time_s.empty()) {
+        throw input_error(data.file, 0, 0, "has no time, which the lags of {} need", file);
+    }
+}
+
+// out: the spread of one output's weights among brothers, for scaled inputs and outputs
+weight_spread scaled_spread(const train_result &result, Eigen::Index output) {
+    const trained_model &model = result.linear.model;
+    const weight_spread &spread = result.prior->outputs[static_cast<std::size_t>(output)];
+    const Eigen::VectorXd unit = model.in.scale / model.out.scale[output];
+    return {unit.asDiagonal() * spread.mean, unit.asDiagonal() * spread.factor};
+}
+
 }  // namespace
 
 void prepare_options(train_result &result) {
@@ -138,6 +157,11 @@ void prepare_options(train_result &result) {
     if (!options.bank) return;
     fit_to_box(result);
     result.tau_s = time_constants(data, room_for_lags(data.inputs, data.speeds));
+    if (options.priors) {
+        result.prior = &prior_for(*options.priors, result.tau_s);
+        result.tau_s = result.prior->space.tau_s;
+        check_prior(options.priors->file, result.prior->space, data);
+    }
     if (options.zero_at_start) data.y = from_starts(data.y, starts_of(data.run));
 }
 
@@ -184,11 +208,25 @@ row_folds bank_folds(const train_result &result) {
     return folds_of(folds.fold);
 }
 
-averaged_map average_bank(const train_result &result, const Eigen::MatrixXd &x,
-                          const Eigen::MatrixXd &t, const row_folds &folds) {
+averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
+                          const row_folds &folds) {
     const std::vector<Eigen::Index> starts =
         result.options.zero_at_start ? starts_of(result.learn.run) : std::vector<Eigen::Index>{};
-    return average_maps(x, t, folds, bank_members(result.inputs), starts, result.options.threads);
+    averaged_map mean =
+        average_maps(x, t, folds, bank_members(result.inputs), starts, result.options.threads);
+    if (result.prior == nullptr) return mean;
+    const bool twice = result.options.starts_of_lags == lag_starts::both;
+    const double rows = static_cast<double>(t.rows()) / (twice ? 2.0 : 1.0);
+    for (Eigen::Index k = 0; k < t.cols(); ++k) {
+        const linear_map own{mean.map.weights.col(k), mean.map.offset.segment(k, 1)};
+        const double alike = rows_alike(mean.left_out.col(k) - t.col(k), result.learn.run);
+        const drawn_map drawn = draw_to(scaled_spread(result, k), own, mean.left_out.col(k),
+                                        rows / alike, x, t.col(k), folds, starts);
+        mean.map.weights.col(k) = drawn.map.weights, mean.map.offset[k] = drawn.map.offset[0];
+        mean.left_out.col(k) = drawn.left_out;
+        result.drawn.push_back(drawn.share);
+    }
+    return mean;
 }
 
 train_result best_of(train_result bank, const network_trainer &train_network,

@@ -13,7 +13,8 @@ namespace compbox::training {
 // in : result with options and data
 // out: options.starts_of_lags without `automatic`; with a bank its time constants, at most as many
 //      inputs as leave room for four of them (select_inputs chooses; a remark names them), and
-//      errors from each run's first row if zero_at_start
+//      errors from each run's first row if zero_at_start. With a prior its time constants;
+//      throws input_error if it is of another bank
 void prepare_options(train_result &result);
 
 // in : result.range; out: result.test_held
@@ -23,9 +24,11 @@ void hold_test_rows(train_result &result);
 //      six equal parts of the rows
 row_folds bank_folds(const train_result &result);
 
-// out: the mean of maps over the parts of the bank's inputs; x, t: scaled rows of result.learn
-averaged_map average_bank(const train_result &result, const Eigen::MatrixXd &x,
-                          const Eigen::MatrixXd &t, const row_folds &folds);
+// in : x, t: scaled rows of result.learn
+// out: the mean of maps over the parts of the bank's inputs; with a prior each output is drawn to
+//      its brothers, and result.drawn is how
+averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
+                          const row_folds &folds);
 
 using network_trainer = std::function<train_result(const training_data &, const train_options &)>;
 

@@ -415,15 +415,35 @@ train_result train_one(const training_data &data, const train_options &options) 
     return result;
 }
 
+// Whether the prior has no share in any output.
+bool is_no_brother(const train_result &result) {
+    return !result.drawn.empty() &&
+           std::all_of(result.drawn.begin(), result.drawn.end(),
+                       [](const prior_shares &share) { return share[0] == 1.0; });
+}
+
+// out: the bank without the prior, whose lags are those of its own record
+train_result trained_alone(const training_data &data, const train_options &options,
+                           const train_result &drawn) {
+    train_options alone = options;
+    alone.priors = nullptr;
+    train_result result = train_one(data, alone);
+    result.options.priors = options.priors, result.drawn = drawn.drawn;
+    return result;
+}
+
 }  // namespace
 
 train_result train(const training_data &data, const train_options &options) {
     train_options first = options;
     if (options.bank) first.hidden = 0;
     train_result result = train_one(data, first);
+    if (is_no_brother(result)) result = trained_alone(data, first, result);
+    const auto moments = options.moments ? std::optional(moments_of(result)) : std::nullopt;
     if (options.bank && options.hidden > 0 && !options.zero_at_start) {
         result = best_of(std::move(result), train_one, options);
     }
+    result.moments = moments;
     if (!options.for_comparison) refuse_worse(result);
     return result;
 }

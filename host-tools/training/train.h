@@ -3,8 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +16,7 @@
 #include "host-tools/training/lagged.h"
 #include "host-tools/training/network.h"
 #include "host-tools/training/optimise.h"
+#include "host-tools/training/prior.h"
 
 namespace compbox::training {
 
@@ -29,6 +33,8 @@ struct train_options {
     bool bank = false;           // the mean of maps over a bank of lags, instead of `lags`
     bool beside_bank = false;    // the network that a bank is compared with
     bool zero_at_start = false;  // with a bank: errors count from each run's first row
+    std::shared_ptr<const bank_priors> priors;  // with a bank: what brothers know; or none
+    bool moments = false;                       // with a bank: compute what a prior needs
     lag_starts starts_of_lags = lag_starts::automatic;
     std::vector<slope_option> slopes;
     std::vector<std::string> hidden_inputs;  // inputs of the hidden layer (* allowed); empty: all
@@ -81,6 +87,9 @@ struct trained_range {
     Eigen::VectorXd weight(const Eigen::MatrixXd &x) const;  // of each row: 1 … 0
 };
 
+// How one output's bank was drawn to those of its brothers (shrinkage.h).
+using prior_shares = std::array<double, 3>;  // of the own map, the brothers' mean, the shrunk map
+
 struct judged_model {
     trained_model model;
     residuals trained;   // on the training rows
@@ -94,12 +103,15 @@ struct train_result {
     train_options options;
     training_data data;
     std::vector<model_input> inputs;
-    model_rows learn, test;     // test: the held-out runs
-    Eigen::MatrixXd test_held;  // of a bank: test.x with its columns held at their margins
-    std::vector<double> tau_s;  // of a bank: its time constants
-    Eigen::Index unseen = 0;    // inputs at the end that the hidden layer does not use
-    Eigen::VectorXd largest;    // largest |error| of each output in the file
-    trained_range range;        // of each input in the training rows
+    model_rows learn, test;             // test: the held-out runs
+    Eigen::MatrixXd test_held;          // of a bank: test.x with its columns held at their margins
+    std::vector<double> tau_s;          // of a bank: its time constants
+    const bank_prior *prior = nullptr;  // that of options.priors whose lags the bank has, or none
+    std::optional<bank_moments> moments;  // of a bank, with options.moments
+    std::vector<prior_shares> drawn;      // of each output, with a prior
+    Eigen::Index unseen = 0;              // inputs at the end that the hidden layer does not use
+    Eigen::VectorXd largest;              // largest |error| of each output in the file
+    trained_range range;                  // of each input in the training rows
     bool by_folds = false;
     judged_model linear, network;  // network: empty if options.hidden is 0
     Eigen::VectorXd linear_decay;

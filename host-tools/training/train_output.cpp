@@ -264,6 +264,18 @@ std::size_t bank_lags(const train_result &result) {
                       [](const model_input &input) { return input.tau_s > 0.0; }));
 }
 
+// out: how far each output was drawn to the brothers
+json prior_json(const train_result &result) {
+    json found{{"machines", result.options.priors->machines}};
+    for (std::size_t k = 0; k < result.drawn.size(); ++k) {
+        const prior_shares &share = result.drawn[k];
+        found["shares"][result.data.outputs[k]] = {{"own", formats::five_digits(share[0])},
+                                                   {"mean", formats::five_digits(share[1])},
+                                                   {"shrunk", formats::five_digits(share[2])}};
+    }
+    return found;
+}
+
 // out: the member of "provenance": data, runs, decays, figures of both models, warnings
 json findings_of(const train_result &result) {
     json found;
@@ -286,6 +298,7 @@ json findings_of(const train_result &result) {
                          {"averaged_maps", bank_members(result.inputs).size()},
                          {"zero_at_start", result.options.zero_at_start}};
     }
+    if (!result.drawn.empty()) found["prior"] = prior_json(result);
     found["linear"] = figures_of(result.linear, result);
     if (result.options.hidden > 0) {
         json network = figures_of(result.network, result);
@@ -355,6 +368,21 @@ std::string bank_text(const train_result &result) {
                result.options.zero_at_start ? "; errors count from each run's first row" : "");
 }
 
+// out: a line for each output that was drawn to brothers
+std::string prior_text(const train_result &result) {
+    std::string text;
+    for (std::size_t k = 0; k < result.drawn.size(); ++k) {
+        const prior_shares &share = result.drawn[k];
+        text += fmt::format(
+            "{}: {:.0f} % of this machine's own map, {:.0f} % of the mean of {} others of its "
+            "type, "
+            "{:.0f} % of the most probable map between them\n",
+            result.data.outputs[k], 100.0 * share[0], 100.0 * share[1],
+            result.options.priors->machines, 100.0 * share[2]);
+    }
+    return text;
+}
+
 // out: the report's first lines: data, decay, structure and training of the network
 std::string header_of(const train_result &result) {
     std::string text = fmt::format(
@@ -366,7 +394,7 @@ std::string header_of(const train_result &result) {
     }
     text += "\nweight decay ";
     text += result.by_folds ? "by leaving out one run after the other\n" : "by evidence\n";
-    if (result.options.bank) text += bank_text(result);
+    if (result.options.bank) text += bank_text(result) + prior_text(result);
     if (result.options.hidden > 0) {
         text += fmt::format(
             "network: {}-{}-{}{}, on {} rows, {} iterations, start {} of {}, loss {:.4g}\n",
