@@ -437,9 +437,12 @@ ADAPT = {"name": "X_adapted", "type": "adapt", "of": "warm", "probe": {"value": 
 
 
 def adaptive(compbox, **changed):
-    """A file with one channel: a thermometer's term, adapted by a probe."""
+    """A file with one channel: a thermometer's term, adapted by a probe. Minutes lie between the rows: a cycle of 300
+    ms computes a tenth of the steps of one of 30 ms."""
     compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "-o", "machine.json")
     data = compbox.read("machine.json")
+    data["cycle"]["period_ms"] = 300
+    data["plc"]["heartbeat_timeout_ms"] = 2000
     data["signals"][0].update(min=0, max=100)
     data["channels"][0].update(limit_um=300, error_um=400, slew_um_per_s=500)
     data["signals"] += [
