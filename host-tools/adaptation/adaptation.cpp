@@ -12,6 +12,8 @@
 
 namespace compbox::adaptation {
 
+using training::is_name_of_the_box;
+using training::longest_name;
 using training::train_result;
 
 namespace {
@@ -57,10 +59,10 @@ error_series series_of(const train_result &result, const predicted_rows &rows) {
 std::vector<cb_sigma> own_sigmas(const train_result &result, std::size_t output,
                                  const Eigen::MatrixXd &x) {
     std::vector<cb_sigma> all;
-    if (result.network_better[output] || !has_sigma(result)) return all;
+    if (result.network_better[output] || !training::has_sigma(result)) return all;
     const auto k = static_cast<Eigen::Index>(output);
-    const bank_sigma sigma = sigma_of_bank(result);
-    const Eigen::MatrixXd places = places_of(sigma, x);
+    const training::bank_sigma sigma = training::sigma_of_bank(result);
+    const Eigen::MatrixXd places = training::places_of(sigma, x);
     for (Eigen::Index r = 0; r < places.rows(); ++r) {
         cb_sigma own{};
         own.floor_um = static_cast<float>(sigma.floor_um[k]);
@@ -102,7 +104,7 @@ predicted_rows left_out_rows(const train_result &result, std::size_t output) {
 // out: predictions of the runs held out, as the box would hold and fade them
 predicted_rows held_out_rows(const train_result &result, std::size_t output) {
     const auto k = static_cast<Eigen::Index>(output);
-    const trained_range &range = result.range;
+    const training::trained_range &range = result.range;
     const Eigen::MatrixXd x = result.options.bank ? result.test_held : range.held(result.test.x);
     const Eigen::MatrixXd free = result.predict(result.chosen, x, result.test);
     predicted_rows rows;
