@@ -17,10 +17,10 @@ DEATHS = 10  # of workers under one job before the job is lost
 IN_FLIGHT = 4  # jobs for each worker: what waits takes memory in the scheduler
 
 
-def run_or_lose(job, machine, records):
+def run_or_lose(job, *texts):
     """jobs.run(); a computer that cannot run it loses the job, so that it is tried again by the next call."""
     try:
-        return jobs.run(job, machine, records)
+        return jobs.run(job, *texts)
     except FleetError as error:
         return {"lost": str(error)}
 

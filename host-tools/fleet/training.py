@@ -4,19 +4,48 @@
 import json
 
 from . import jobs, machines, tools
+from .registry import canonical, digest
 from .residuals import probe_of
+
+
+LEAST_BROTHERS, MOST_BROTHERS = 5, 40
+
+
+def known_by_type(registry):
+    """out: {what brothers have in common: {space of the weights: [(machine, moments of its running model)]}}, of
+    machines that do not drift. A running model has passed a roll-out."""
+    found = {}
+    for name in sorted(registry.names("machines"), key=lambda one: digest(one.encode())):
+        entry = registry.read("machines", name)
+        model = registry.read("models", entry["model"]) if entry["model"] else {}
+        if model.get("moments") and not machines.findings(registry, entry):
+            spaces = found.setdefault(common_of(entry), {})
+            spaces.setdefault(model["space"], []).append((name, model["moments"]))
+    return found
+
+
+def common_of(entry):
+    return canonical([entry["type"], entry["outputs"], entry["train"]])
+
+
+def brothers_of(known, name, entry):
+    """out: moments of a machine's brothers in the space that most have, at most MOST_BROTHERS; or none"""
+    spaces = known.get(common_of(entry), {}).values()
+    others = [[moments for other, moments in one if other != name] for one in spaces]
+    most = max(others, key=len, default=[])[:MOST_BROTHERS]
+    return most if len(most) >= LEAST_BROTHERS else []
 
 
 def plan(registry, only, everything):
     """in: names of machines (none: all); whether those that need no training have a job too.
     out: a row for each machine with records, by name: its job, the job's name, why, and whether it is done"""
-    rows, version = [], tools.version()
+    rows, version, known = [], tools.version(), known_by_type(registry)
     for name in only or registry.names("machines"):
         entry = registry.read("machines", name)
         why = machines.findings(registry, entry) if entry["model"] else ["it has no model"]
         if not entry["records"] or not (why or everything or only):
             continue
-        job = jobs.job_of(entry, version)
+        job = jobs.job_of(entry, version, brothers_of(known, name, entry))
         rows.append({"machine": name, "job": jobs.name_of(job), "what": job, "why": "; ".join(why) or "asked for",
                      "done": registry.has("jobs", jobs.name_of(job))})
     return rows
@@ -24,7 +53,8 @@ def plan(registry, only, everything):
 
 def inputs_of(registry, job):
     """out: the texts that jobs.run() takes"""
-    return registry.get(job["machine"]).decode(), [registry.get(name).decode() for name in job["records"]]
+    records, brothers = ([registry.get(name).decode() for name in job[kind]] for kind in ("records", "brothers"))
+    return registry.get(job["machine"]).decode(), records, brothers
 
 
 def forecast(term):
@@ -41,10 +71,15 @@ def take(registry, row, result):
         files = {name: text.encode() for name, text in result["files"].items()}
         model = entry["model"] = registry.put(files[jobs.MODEL], "json")
         machine = registry.read("machines", row["machine"])
+        space = digest(canonical(json.loads(files[jobs.MOMENTS])["bank"])) if jobs.MOMENTS in files else None
+        moments, prior = (registry.put(files[name], "json") if name in files else None
+                          for name in (jobs.MOMENTS, jobs.PRIOR))
         if not registry.has("models", model):
             registry.write("models", model, {
                 "machine": row["machine"], "job": row["job"], "data": row["what"]["records"],
-                "term": registry.put(files[jobs.TERM], "json"), "parent": machine["model"],
+                "term": registry.put(files[jobs.TERM], "json"), "moments": moments, "space": space,
+                "prior": prior,
+                "parent": machine["model"],
                 "forecast_um": forecast(json.loads(files[jobs.TERM])), "signed": []})
     registry.write("jobs", row["job"], entry)
     finish(registry, row)
