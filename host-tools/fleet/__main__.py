@@ -2,13 +2,16 @@
 """compbox fleet COMMAND. Exit 0 done, 1 the input is bad (one sentence), 2 wrong usage."""
 
 import argparse
+import contextlib
 import json
 import os
 import pathlib
 import shlex
+import signal
 import sys
+import tempfile
 
-from . import engines, links, machines, receiving, report, rollout, site, training
+from . import bridge, demo, engines, links, machines, receiving, report, rollout, site, training
 from .errors import FleetError
 from .registry import Registry, read_json, write_file
 
@@ -172,11 +175,61 @@ def run_report(arguments):
     write_file(pathlib.Path(arguments.output), page.encode())
 
 
+def run_demo(arguments):
+    """Until Ctrl-C, SIGTERM or so many seconds; then nothing of it is left."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    with contextlib.ExitStack() as ending:
+        folder = arguments.output or ending.enter_context(tempfile.TemporaryDirectory(prefix="compbox-demo-"))
+        if arguments.output:
+            pathlib.Path(folder).mkdir(mode=0o700)
+        site_of_demo = demo.Demo(pathlib.Path(folder).resolve(), arguments.boxes)
+        ending.callback(site_of_demo.close)
+        site_of_demo.start()
+        for name, address in site_of_demo.addresses():
+            print(f"{name + ':':<34}{address}")
+        print("Ctrl-C ends all of it", flush=True)
+        with contextlib.suppress(KeyboardInterrupt):
+            site_of_demo.ended.wait(arguments.wait)
+
+
+def run_bridge(arguments):
+    registry = Registry(arguments.watch) if arguments.watch else None
+    link = broker_of(arguments, ("+/online", "+/state", "+/values"))
+    try:
+        bridge.run(link, bridge.Database(arguments.database), lambda: forecasts_of(registry), lambda: False)
+    finally:
+        link.close()
+
+
+def forecasts_of(registry):
+    """out: {machine: {probe: um}} of the models that run"""
+    names = registry.names("machines") if registry else []
+    return {name: machines.forecast_of(registry, registry.read("machines", name)) for name in names}
+
+
+def add_site(add):
+    """Commands of a site."""
+    command = add("demo", run_demo, "Start a site with simulated boxes on this computer, until Ctrl-C", "")
+    command.add_argument("--boxes", type=positive, default=5, metavar="N", help="boxes (5), of which the first is real")
+    command.add_argument("--wait", type=float, metavar="S", help="end after so many seconds")
+    command.add_argument("-o", "--output", metavar="DIR", help="keep data and logs in this new folder")
+    command = add("bridge", run_bridge, "Bring what boxes publish into a time-series database",
+                  "--mqtt broker:8883 --mqtt-user site --database http://127.0.0.1:8428")
+    command.add_argument("--database", required=True, metavar="URL", help="a VictoriaMetrics, as http://127.0.0.1:8428")
+    command.add_argument("--watch", metavar="DIR", help="registry whose forecasts the alerts compare residuals with")
+    add_broker(command, "topics of the boxes begin with it (compbox)")
+
+
 def add_link(command, folder, prefix):
     """Options of a link: a folder or a broker."""
     way = command.add_mutually_exclusive_group(required=True)
     way.add_argument("--folder", metavar="DIR", help=folder)
-    way.add_argument("--mqtt", metavar="HOST:PORT", help="MQTT broker")
+    add_broker(command, prefix, way)
+
+
+def add_broker(command, prefix, way=None):
+    """Options of a broker, which may be one of several ways."""
+    (way or command).add_argument("--mqtt", required=way is None, metavar="HOST:PORT", help="MQTT broker")
     command.add_argument("--mqtt-topic", default="compbox", metavar="TOPIC", help=prefix)
     command.add_argument("--mqtt-user", metavar="NAME", help="login at the broker")
     command.add_argument("--mqtt-password-file", metavar="F", help="its password")
@@ -269,6 +322,7 @@ def parser():
     add_machines(add)
     add_training(add)
     add_rollout(add)
+    add_site(add)
     return whole
 
 

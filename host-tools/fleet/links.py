@@ -115,7 +115,8 @@ class Mqtt:
     def _connected(self, client, _, __, refused):
         """Each time: a broker that was away may have lost subscriptions and what it retained."""
         self.joined.put(refused)
-        client.subscribe([(topic, 1) for topic in self.topics])
+        if self.topics:  # a broker closes the connection of a client that subscribes to nothing
+            client.subscribe([(topic, 1) for topic in self.topics])
         for topic, payload in list(self.retained.items()):
             client.publish(topic, payload, qos=1, retain=True)
 

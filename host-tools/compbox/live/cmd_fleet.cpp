@@ -31,6 +31,8 @@ constexpr const char *fleet_example =
   rollout   Bring better models to the boxes, in stages
   receive   On a box: take signed files that arrive
   report    Write a page about the fleet, with pictures
+  bridge    Bring what boxes publish into a time-series database
+  demo      Start a site with simulated boxes on this computer, until Ctrl-C
 
 Example:
   compbox fleet status --registry plant)";
