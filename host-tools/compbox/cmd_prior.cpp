@@ -31,6 +31,8 @@ Example:
   compbox train lathe-1.csv --outputs ez_um --name net --moments lathe-1.moments.json -o lathe-1.json
   compbox prior lathe-*.moments.json -o prior.json)";
 
+// Reads the moments, writes the prior, and names the brothers that are not used. Throws
+// input_error.
 void run_prior(const prior_arguments &arguments, const cli::streams &io) {
     const std::size_t count = arguments.moments.size();
     if (count < training::least_brothers || count > training::most_brothers) {

@@ -191,6 +191,7 @@ json json_of_space(const bank_prior &prior) {
     return one;
 }
 
+// out: the prior of one member of "spaces"; throws input_error for what is none
 bank_prior read_space(const json &one, const std::string &path) {
     formats::only_keys(one, {"outputs", "bank", "strange", "mean", "factor"}, path, "spaces");
     bank_prior prior;

@@ -44,7 +44,8 @@ def test_what_is_refused(compbox, moments):
         return done.stderr
 
     assert "a prior needs 3 to 1000 machines, not 2" in sentence("prior", *moments[:2], "-o", "prior.json")
-    assert "net.json: is no file of `compbox train --moments`" in sentence("prior", *moments, "net.json", "-o", "p.json")
+    other = sentence("prior", *moments, "net.json", "-o", "p.json")
+    assert "net.json: is no file of `compbox train --moments`" in other
     compbox.good("prior", *moments, "-o", "prior.json")
     for key, value, words in (("format", "compbox-prior/2", "is no file of `compbox prior`"),
                               ("spaces", [], "has not one or two spaces"), ("machines", "three", "machines"),

@@ -3,7 +3,7 @@
 
 A machine's error is the sum over four thermometers of gain · lag(temperature − 20 °C), and a slow disturbance that no
 thermometer shows. Gains and time constants of a machine are drawn around those of its type. A thermometer shows the
-hall, which has days of its own, and the heat of shifts, each machine's own. Only the parts of this file know the truth."""
+hall, which has days of its own, and the heat of shifts, each machine's own. The parts of this file alone know it."""
 
 import copy
 import json

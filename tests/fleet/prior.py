@@ -14,17 +14,17 @@ from brothers import KINDS, NEW_DAYS, KNOWN_DAYS, Trainer, Type
 BROTHERS = 40
 HEAD = f"""# Results: a prior that machines of one type share
 
-`scripts/report fleet-prior --write` makes this page. A new machine has {NEW_DAYS} days of data, a probe every 30 minutes.
-Its brothers have {KNOWN_DAYS} days each. Every row: random fleets of simulated machines with four thermometers, of each
-some machines in turn as the new one, with the others of its fleet as brothers (leave one machine out). Each machine has
-gains and time constants of its own, and a disturbance of 1.5 µm that no thermometer shows. The figures are rms of the
-true error left on ten later days, in µm: over all machines, and of the worst one.
+`scripts/report fleet-prior --write` makes this page. A new machine has {NEW_DAYS} days of data with a probe every 30
+minutes, its brothers have {KNOWN_DAYS} days each. Every row: random fleets of simulated machines with four
+thermometers. Of each fleet some machines in turn are the new one, with the others as brothers (leave one machine out).
+Each machine has gains and time constants of its own, and a disturbance of 1.5 µm that no thermometer shows. The figures
+are rms of the true error left on ten later days, in µm: over all machines, and in brackets of the worst one.
 
 """
 TAIL = """
 - *Own* is `compbox train`, *mean* the mean of the brothers with an offset of the machine's own, *shrunk* is
   `compbox train --prior`. The oracle knows the means and the spreads of the gains, the machine's time constants and the
-  noise; no model can be expected to leave less.
+  noise: of a machine of the type no model can be expected to leave less.
 - *Worst loss* is the largest of the differences between shrunk and own, over all machines of the row.
 - *Own share* is the mean share of the own model in the shrunk one, and *not used* the mean number of brothers that
   `compbox prior` finds too far from most.

@@ -20,7 +20,7 @@ def trainer():
 
 
 def left(trainer, kind, numbers=(1, 2, 3, 4)):
-    """out: (rms of own models, of shrunk ones, of the oracle, rows) over some machines of two fleets that are left out"""
+    """out: (rms of own models, of shrunk ones, of the oracle, rows) over machines of two fleets, each left out"""
     fleets = [Type(trainer, [seed, len(kind)], kind, BROTHERS + 1) for seed in (7, 8)]
     rows = np.array([fleet.left_without(number) for fleet in fleets for number in numbers])
     return (*np.sqrt(np.mean(rows[:, [1, 3, 4]] ** 2, axis=0)), rows)
