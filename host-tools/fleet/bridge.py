@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""From the broker to a time-series database: what boxes publish becomes lines of Prometheus' text format with times,
-for the address /api/v1/import/prometheus of VictoriaMetrics. Values of an absence get the time at which they were read."""
+"""From the broker to a time-series database: what boxes publish becomes lines of Prometheus' text format, with times,
+for the address /api/v1/import/prometheus of VictoriaMetrics. Values of an absence keep the time of their reading."""
 
 import json
 import time

@@ -208,8 +208,8 @@ class Demo:
 
     def real_box(self):
         """compboxd before fakeplc, and its compbox-view. Its X axis moves to and fro."""
-        fakeplc = self.run("fakeplc", program_of("fakeplc", "compbox"), "--listen", "127.0.0.1:0", "--profile", "generic",
-                           stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
+        fakeplc = self.run("fakeplc", program_of("fakeplc", "compbox"), "--listen", "127.0.0.1:0", "--profile",
+                           "generic", stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1)
         port = fakeplc.stdout.readline().rsplit(":", 1)[1].strip()
         curve = {"name": "EXX", "type": "polyline", "signal": "X", "positions": [0, 200, 400], "values": [0, 12.5, 4]}
         (self.folder / "EXX.json").write_text(json.dumps({"terms": [curve]}))

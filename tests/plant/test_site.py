@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""compbox fleet demo: broker, database, bridge, alerts, page, a real box and simulated ones, and what its end leaves; the
-bridge while the database is away; the rules and the dashboard of a site."""
+"""compbox fleet demo: broker, database, bridge, alerts, page, a real box and simulated ones, and what its end leaves;
+the bridge while the database is away; the rules and the dashboard of a site."""
 
 import contextlib
 import json
@@ -107,8 +107,8 @@ def test_a_killed_demo_leaves_no_process(tmp_path):
 def test_a_box_sees_its_own_topics_alone(tmp_path):
     with started(tmp_path) as (_, at):
         port, folder = at["broker"].rstrip(",").rsplit(":", 1)[1], tmp_path / "site"
-        words = ["mosquitto_sub", "-h", "127.0.0.1", "-p", port, "--cafile", folder / "ca.pem", "-t", "#", "-F", "%t", "-W",
-                 "6", "-u", "lathe-2", "-P", (folder / "lathe-2.password").read_text().strip()]
+        words = ["mosquitto_sub", "-h", "127.0.0.1", "-p", port, "--cafile", folder / "ca.pem", "-t", "#", "-F", "%t",
+                 "-W", "6", "-u", "lathe-2", "-P", (folder / "lathe-2.password").read_text().strip()]
         seen = set(subprocess.run(words, capture_output=True, text=True).stdout.split())
         assert seen and {topic.split("/")[1] for topic in seen} == {"lathe-2"}
         assert (folder / "lathe-2.password").stat().st_mode & 0o077 == 0
@@ -182,7 +182,8 @@ def test_the_page_answers_this_computer_alone():
         for path, host, code in (("/", "evil.example", 403), ("/etc/passwd", "127.0.0.1", 404),
                                  ("/api/v1/query?query=1", "127.0.0.1", 502)):
             with pytest.raises(urllib.error.HTTPError) as refused:
-                urllib.request.urlopen(urllib.request.Request(server.address + path, headers={"Host": host}), timeout=30)
+                question = urllib.request.Request(server.address + path, headers={"Host": host})
+                urllib.request.urlopen(question, timeout=30)
             assert refused.value.code == code
     finally:
         server.close()
