@@ -13,7 +13,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-using vector_mm = std::array<double, 3>;
+using point_mm = std::array<double, 3>;
 
 constexpr double most_beside_mm = 1.0;
 constexpr double um_per_mm_per_ppm = 1e-3;
@@ -22,11 +22,11 @@ constexpr double least_share = 1e-4;
 // A cause with less than this share of such a combination has no part in it.
 constexpr double least_part = 1e-3;
 
-double product(const vector_mm &a, const vector_mm &b) {
+double product(const point_mm &a, const point_mm &b) {
     return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
-vector_mm way(const vector_mm &from, const vector_mm &to) {
+point_mm way(const point_mm &from, const point_mm &to) {
     return {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
 }
 
@@ -39,10 +39,10 @@ struct diagonal {
 // Sets along of the diagonal's targets. Throws input_error where they are on no line.
 void direct(const diagonal &one, const formats::csv_table &table,
             std::vector<diagonal_target> &targets) {
-    const vector_mm first = targets[one.rows.front()].position_mm;
-    vector_mm longest = {};
+    const point_mm first = targets[one.rows.front()].position_mm;
+    point_mm longest = {};
     for (const std::size_t r : one.rows) {
-        const vector_mm to = way(first, targets[r].position_mm);
+        const point_mm to = way(first, targets[r].position_mm);
         if (product(to, to) > product(longest, longest)) longest = to;
     }
     const double length = std::sqrt(product(longest, longest));
@@ -52,7 +52,7 @@ void direct(const diagonal &one, const formats::csv_table &table,
     }
     for (double &part : longest) part /= length;
     for (const std::size_t r : one.rows) {
-        const vector_mm to = way(first, targets[r].position_mm);
+        const point_mm to = way(first, targets[r].position_mm);
         const double forth = product(to, longest);
         const double beside = std::sqrt(std::max(0.0, product(to, to) - forth * forth));
         if (beside > most_beside_mm || forth < -most_beside_mm) {

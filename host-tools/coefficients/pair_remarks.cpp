@@ -12,7 +12,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-constexpr int places = 201;
+constexpr int places_of_travel = 201;
 constexpr double seen_um = 0.005;  // less is rounding of the common part
 
 double between(const cb_signal_config &signal, double share) {
@@ -27,10 +27,10 @@ formats::csv_table sweeps(const cb_config &config, const std::vector<unsigned> &
     table.names = {"time_s"};
     for (const unsigned s : signals) table.names.push_back(config.signals[s].name);
     for (const unsigned moved : signals) {
-        for (int place = 0; place < places; ++place) {
+        for (int place = 0; place < places_of_travel; ++place) {
             std::vector<double> row{static_cast<double>(table.rows.size())};
             for (const unsigned s : signals) {
-                const double share = s == moved ? place / (places - 1.0) : 0.5;
+                const double share = s == moved ? place / (places_of_travel - 1.0) : 0.5;
                 row.push_back(between(config.signals[s], share));
             }
             table.rows.push_back(row);
@@ -68,7 +68,7 @@ std::vector<std::string> pair_remarks(const cb_config &config) {
             if (um > most_um + seen_um) most_um = um, at = i;
         }
         if (!(most_um > static_cast<double>(pair.max_difference_um))) continue;
-        const std::size_t moved = at / places;
+        const std::size_t moved = at / places_of_travel;
         remarks.push_back(sentence(config, p, most_um,
                                    fmt::format("{} = {:.6g}", config.signals[signals[moved]].name,
                                                table.rows[at][moved + 1])));

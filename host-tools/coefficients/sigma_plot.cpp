@@ -10,7 +10,7 @@ namespace compbox::coefficients {
 
 namespace {
 
-constexpr int panel_width = 480, panel_height = 420, title_height = 50;
+constexpr int figure_width = 480, figure_height = 420, heading_height = 50;
 constexpr const char *title = "uncertainty U (k = 2) of the compensation, µm";
 
 // One plane through the middle of the other axis.
@@ -98,8 +98,8 @@ void plot_sigma_map(const sigma_map &map, const std::string &path) {
             label(map.axes[planes[p].up]), p);
     }
     const int count = static_cast<int>(planes.size());
-    formats::run_gnuplot(path, script + "unset multiplot\n", std::max(panel_width * count, 800),
-                         panel_height + title_height);
+    formats::run_gnuplot(path, script + "unset multiplot\n", std::max(figure_width * count, 800),
+                         figure_height + heading_height);
 }
 
 }  // namespace compbox::coefficients

@@ -17,7 +17,7 @@ namespace {
 constexpr double run_up_mm = 10.0;     // before and after a line of cut
 constexpr double clearance_mm = 20.0;  // from the wall, when moving to the next line
 constexpr double rapid_mm_per_min = 5000.0;
-constexpr double inside = 0.2;  // share of a travel at each end that idle axes leave free
+constexpr double free_share = 0.2;  // share of a travel at each end that idle axes leave free
 constexpr double s_per_min = 60.0;
 constexpr double most_moves = 1e6;   // of idle axes
 constexpr double after_cut_s = 5.0;  // with dense rows in the record
@@ -95,7 +95,7 @@ class programmer {
         double length_mm = 0.0;
         for (std::size_t a = 0; a < 3; ++a) {
             const twin::twin_axis &axis = machine_.axes[a];
-            const double free_mm = inside * (axis.max_mm - axis.min_mm);
+            const double free_mm = free_share * (axis.max_mm - axis.min_mm);
             low[a] = axis.min_mm + free_mm, high[a] = axis.max_mm - free_mm;
             length_mm = std::hypot(length_mm, high[a] - low[a]);
         }

@@ -10,11 +10,7 @@ namespace compbox::simulation {
 
 namespace {
 
-double distance_mm(const twin::xyz &a, const twin::xyz &b) {
-    return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-}
-
-std::vector<double> column(const std::vector<twin::xyz> &points, std::size_t direction) {
+std::vector<double> component(const std::vector<twin::xyz> &points, std::size_t direction) {
     std::vector<double> values;
     for (const auto &point : points) values.push_back(point[direction]);
     return values;
@@ -22,18 +18,22 @@ std::vector<double> column(const std::vector<twin::xyz> &points, std::size_t dir
 
 }  // namespace
 
+double distance_mm(const twin::xyz &a, const twin::xyz &b) {
+    return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+}
+
 double range_about_line(const std::vector<twin::xyz> &positions_mm,
                         const std::vector<twin::xyz> &errors_um, std::size_t direction) {
     std::vector<double> along;
     for (const auto &position : positions_mm) {
         along.push_back(distance_mm(positions_mm.front(), position));
     }
-    const auto errors = column(errors_um, direction);
+    const auto errors = component(errors_um, direction);
     return metrology::deviation_about(metrology::least_squares_line(along, errors), along, errors);
 }
 
 double range_of(const std::vector<twin::xyz> &errors_um, std::size_t direction) {
-    const auto errors = column(errors_um, direction);
+    const auto errors = component(errors_um, direction);
     const auto [low, high] = std::minmax_element(errors.begin(), errors.end());
     return *high - *low;
 }

@@ -9,6 +9,8 @@
 
 namespace compbox::simulation {
 
+double distance_mm(const twin::xyz &a, const twin::xyz &b);
+
 // Largest minus smallest error about the errors' own least-squares line along the path.
 double range_about_line(const std::vector<twin::xyz> &positions_mm,
                         const std::vector<twin::xyz> &errors_um, std::size_t direction);

@@ -14,28 +14,30 @@ namespace compbox::simulation {
 
 namespace {
 
-constexpr const char *names[] = {"X", "Y", "Z", "largest"};
+constexpr const char *directions_and_largest[] = {"X", "Y", "Z", "largest"};
 
-using figure = std::function<double(const part_figures &, std::size_t)>;
+using part_figure = std::function<double(const part_figures &, std::size_t)>;
 
-double percent(const part_figures &f, std::size_t i) {
+double reduction_percent(const part_figures &f, std::size_t i) {
     return part_figures::reduction(f.before_um[i], f.after_um[i]);
 }
 
-double rounded(double value) {
+double to_thousandths(double value) {
     return std::round(value * 1000.0) / 1000.0;
 }
 
 struct series {
     std::vector<const part_result *> runs;
 
-    std::vector<double> values(const figure &what, std::size_t i) const {
+    std::vector<double> values(const part_figure &what, std::size_t i) const {
         std::vector<double> all;
         for (const auto *run : runs) all.push_back(what(run->figures, i));
         return all;
     }
-    double median(const figure &what, std::size_t i) const { return median_of(values(what, i)); }
-    double worst(const figure &what, std::size_t i) const {
+    double median(const part_figure &what, std::size_t i) const {
+        return median_of(values(what, i));
+    }
+    double worst(const part_figure &what, std::size_t i) const {
         const auto all = values(what, i);
         return *std::min_element(all.begin(), all.end());
     }
@@ -55,7 +57,8 @@ series of(const part_results &results, const std::string &protocol, const std::s
 template <typename function>
 json by_name(function value) {
     json object = json::object();
-    for (std::size_t i = 0; i < 4; ++i) object[names[i]] = rounded(value(i));
+    for (std::size_t i = 0; i < 4; ++i)
+        object[directions_and_largest[i]] = to_thousandths(value(i));
     return object;
 }
 
@@ -73,17 +76,18 @@ double touched_ceiling(const part_figures &f, std::size_t i) {
 
 // out: reductions of these runs, %: median, its interval, worst, ceiling, and by the probe
 json figures_json(const series &some) {
-    const auto median = [&](const figure &what) {
+    const auto median = [&](const part_figure &what) {
         return by_name([&](std::size_t i) { return some.median(what, i); });
     };
     json all;
-    all["reduction_percent"] = median(percent);
-    all["reduction_percent_worst"] = by_name([&](std::size_t i) { return some.worst(percent, i); });
-    if (median_interval(some.values(percent, 0))) {
+    all["reduction_percent"] = median(reduction_percent);
+    all["reduction_percent_worst"] =
+        by_name([&](std::size_t i) { return some.worst(reduction_percent, i); });
+    if (median_interval(some.values(reduction_percent, 0))) {
         for (std::size_t i = 0; i < 4; ++i) {
-            const interval all_machines = *median_interval(some.values(percent, i));
-            all["reduction_percent_interval"][names[i]] = {rounded(all_machines.low),
-                                                           rounded(all_machines.high)};
+            const interval all_machines = *median_interval(some.values(reduction_percent, i));
+            all["reduction_percent_interval"][directions_and_largest[i]] = {
+                to_thousandths(all_machines.low), to_thousandths(all_machines.high)};
         }
     }
     all["ceiling_percent"] = median(ceiling);
@@ -102,7 +106,7 @@ json protocol_json(const part_protocol &protocol, const part_results &results) {
         if (method.name == own) continue;
         const series some = of(results, protocol.name, method.name, protocol.judge.name);
         all["baselines"][method.name] =
-            by_name([&](std::size_t i) { return some.median(percent, i); });
+            by_name([&](std::size_t i) { return some.median(reduction_percent, i); });
     }
     for (const auto &[key, list] :
          {std::pair{"also", &protocol.also}, std::pair{"outside", &protocol.outside}}) {
@@ -124,14 +128,15 @@ json run_json(const part_result &run) {
                 {"coefficient_count", json::object()}};
     for (std::size_t i = 0; i < 4; ++i) {
         const part_figures &f = run.figures;
-        one["errors"][names[i]] = {{"before_um", rounded(f.before_um[i])},
-                                   {"after_um", rounded(f.after_um[i])},
-                                   {"reduction_percent", rounded(percent(f, i))},
-                                   {"ceiling_percent", rounded(ceiling(f, i))},
-                                   {"remeasured_before_um", rounded(f.touched_before_um[i])},
-                                   {"remeasured_after_um", rounded(f.touched_after_um[i])},
-                                   {"remeasured_percent", rounded(touched(f, i))},
-                                   {"noise_ceiling_percent", rounded(touched_ceiling(f, i))}};
+        one["errors"][directions_and_largest[i]] = {
+            {"before_um", to_thousandths(f.before_um[i])},
+            {"after_um", to_thousandths(f.after_um[i])},
+            {"reduction_percent", to_thousandths(reduction_percent(f, i))},
+            {"ceiling_percent", to_thousandths(ceiling(f, i))},
+            {"remeasured_before_um", to_thousandths(f.touched_before_um[i])},
+            {"remeasured_after_um", to_thousandths(f.touched_after_um[i])},
+            {"remeasured_percent", to_thousandths(touched(f, i))},
+            {"noise_ceiling_percent", to_thousandths(touched_ceiling(f, i))}};
     }
     return one;
 }
@@ -164,7 +169,7 @@ std::string row_of(const std::string &title, const series &some) {
     for (std::size_t i = 0; i < 4; ++i) {
         const auto before = [](const part_figures &f, std::size_t k) { return f.before_um[k]; };
         text += fmt::format("  {:6.1f} {:5.1f} {:5.1f}", some.median(before, i),
-                            some.median(percent, i), some.worst(percent, i));
+                            some.median(reduction_percent, i), some.worst(reduction_percent, i));
     }
     return text + "\n";
 }

@@ -26,10 +26,6 @@ std::vector<twin::xyz> axes_of(const formats::csv_table &table, const std::strin
     return values;
 }
 
-double distance_mm(const twin::xyz &a, const twin::xyz &b) {
-    return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
-}
-
 }  // namespace
 
 plc_log read_plc_log(const std::string &path) {

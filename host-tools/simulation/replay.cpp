@@ -30,7 +30,7 @@ constexpr const char *header =
     "samples,"
     "registers,held_registers,mode,channels,written";
 constexpr std::size_t largest_file = std::size_t{1} << 30;
-constexpr std::int64_t latest_us = INT64_MAX / 4;  // differences and sums of times then fit
+constexpr std::int64_t longest_time_us = INT64_MAX / 4;  // differences and sums of times then fit
 
 enum column {
     cycle_number,
@@ -108,7 +108,7 @@ class recorded_line {
             const std::vector<std::string> parts = formats::split(one, ':');
             if (parts.size() != 3 || list.size() == CB_MAX_SAMPLES) fail("a sample is broken");
             list.push_back({parsed<std::uint8_t>(parts[0], 10, 255), real(parts[1]),
-                            parsed<std::int64_t>(parts[2], 10, latest_us)});
+                            parsed<std::int64_t>(parts[2], 10, longest_time_us)});
             if (list.back().signal >= signals) fail("a sample is broken");
         }
         return list;
@@ -121,7 +121,7 @@ class recorded_line {
         state.stopped = named(0, "stopped", 1) == 1;
         state.beat = named(2, "beat", 1) == 1;
         state.plc_heartbeat = named<std::uint16_t>(4, "plc_heartbeat", UINT16_MAX);
-        state.beat_us = named(6, "beat_us", latest_us, -latest_us);
+        state.beat_us = named(6, "beat_us", longest_time_us, -longest_time_us);
         std::istringstream text(named(8, "lags"));
         for (std::string one; text >> one;) {
             const std::vector<std::string> parts = formats::split(one, ':');
@@ -129,7 +129,7 @@ class recorded_line {
             const auto signal = parsed<std::uint32_t>(parts[0], 10, UINT8_MAX);
             if (signal >= signals) fail("a lag is broken");
             state.lags[signal] = {{real(parts[1]), real(parts[2]), real(parts[3])},
-                                  parsed(parts[4], 10, latest_us, -latest_us),
+                                  parsed(parts[4], 10, longest_time_us, -longest_time_us),
                                   true};
         }
         const std::size_t size = fields_.size();
@@ -157,7 +157,7 @@ class recorded_line {
             if (parts.size() != 3) fail("an input of a bank is broken");
             const auto signal = parsed<std::uint32_t>(parts[0], 10, CB_MAX_SIGNALS - 1);
             bank.value[signal] = real(parts[1]);
-            bank.time_us[signal] = parsed(parts[2], 10, latest_us, -latest_us);
+            bank.time_us[signal] = parsed(parts[2], 10, longest_time_us, -longest_time_us);
         }
     }
 
@@ -174,7 +174,7 @@ class recorded_line {
             for (std::size_t k = 0; k < std::size(words); ++k)
                 words[k] = parsed<std::uint32_t>(parts[1].substr(8 * k, 8), 16, 0xFFFFFFFFu);
             std::memcpy(&probes[index].filter, words, sizeof words);
-            probes[index].grown_us = parsed(parts[2], 10, latest_us, -latest_us);
+            probes[index].grown_us = parsed(parts[2], 10, longest_time_us, -longest_time_us);
             probes[index].timed = true;
         }
     }
@@ -211,7 +211,7 @@ class recorded_line {
 // out: inputs of the recorded cycle; throws input_error for a value out of range
 cb_inputs inputs_of(const recorded_line &line, const cb_config &config) {
     cb_inputs in = {};
-    in.read_us = line.whole<std::int64_t>(read_us, latest_us);
+    in.read_us = line.whole<std::int64_t>(read_us, longest_time_us);
     in.exchange_us = line.whole<std::uint32_t>(exchange_us, UINT32_MAX);
     in.read_ok = line.whole<int>(read_ok, 1) == 1;
     in.last_write = line.whole<std::uint8_t>(last_write, CB_TRANSFER_UNKNOWN);
@@ -291,7 +291,7 @@ replay_result replay(const std::string &coefficients, const std::string &recordi
                                      " is not in the recording; what follows is left out");
             break;
         }
-        const auto when_us = line.whole<std::int64_t>(now_us, latest_us);
+        const auto when_us = line.whole<std::int64_t>(now_us, longest_time_us);
         const cb_inputs in = inputs_of(line, box->config);
         cb_box_step(box.get(), &in, when_us, &out);
         if (result.cycles == 0) first_us = when_us;
