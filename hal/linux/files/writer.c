@@ -5,29 +5,45 @@
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "hal/linux/files/output_file.h"
 
 /* Appends. What does not fit is left out, and `used` beyond size says so. */
-static __attribute__((format(printf, 2, 3))) void add(struct cb_writer *json, const char *format,
-                                                      ...) {
+static void add_bytes(struct cb_writer *json, const char *bytes, size_t count) {
     const size_t room = json->used < json->size ? json->size - json->used : 0;
-    va_list arguments;
-    va_start(arguments, format);
-    const int length =
-        vsnprintf(room > 0 ? json->text + json->used : NULL, room, format, arguments);
-    va_end(arguments);
-    if (length > 0) json->used += (size_t)length;
+    if (room > 0) memcpy(json->text + json->used, bytes, count < room ? count : room);
+    json->used += count;
 }
 
+static void add(struct cb_writer *json, const char *text) {
+    add_bytes(json, text, strlen(text));
+}
+
+/* in : a number's format, of less than 512 characters: the longest is a double with decimals */
+static __attribute__((format(printf, 2, 3))) void add_number(struct cb_writer *json,
+                                                             const char *format, ...) {
+    char digits[512];
+    va_list arguments;
+    va_start(arguments, format);
+    const int length = vsnprintf(digits, sizeof digits, format, arguments);
+    va_end(arguments);
+    if (length > 0) add_bytes(json, digits, (size_t)length);
+}
+
+/* Whatever needs no escape goes at once: all of most strings. */
 static void add_string(struct cb_writer *json, const char *text) {
     add(json, "\"");
-    for (; *text != '\0'; text++) {
+    for (const char *plain = text;; text++) {
         const unsigned char c = (unsigned char)*text;
+        if (c >= 0x20 && c != '"' && c != '\\') continue;
+        add_bytes(json, plain, (size_t)(text - plain));
+        plain = text + 1;
+        if (c == '\0') break;
         if (c < 0x20)
-            add(json, "\\u%04x", c);
+            add_number(json, "\\u%04x", c);
         else
-            add(json, c == '"' || c == '\\' ? "\\%c" : "%c", c);
+            add_bytes(json, (const char[2]){'\\', *text}, 2);
     }
     add(json, "\"");
 }
@@ -37,7 +53,8 @@ static void next(struct cb_writer *json, const char *key, bool is_object) {
     const bool in_array = json->arrays >> json->depth & 1u;
     const bool own_line = !json->one_line && (json->depth == 1 || (in_array && is_object));
     if (json->begun) add(json, own_line ? "," : ", ");
-    if (own_line) add(json, "\n%*s", 2 * json->depth, "");
+    if (own_line) add(json, "\n");
+    for (unsigned depth = 0; own_line && depth < json->depth; ++depth) add(json, "  ");
     json->begun = true;
     if (key == NULL) return;
     add_string(json, key);
@@ -85,7 +102,7 @@ void cb_writer_text(struct cb_writer *json, const char *key, const char *text) {
 
 void cb_writer_whole(struct cb_writer *json, const char *key, int64_t number) {
     next(json, key, false);
-    add(json, "%lld", (long long)number);
+    add_number(json, "%lld", (long long)number);
 }
 
 void cb_writer_truth(struct cb_writer *json, const char *key, bool value) {
@@ -101,14 +118,14 @@ void cb_writer_null(struct cb_writer *json, const char *key) {
 void cb_writer_number(struct cb_writer *json, const char *key, double number) {
     next(json, key, false);
     if (isfinite(number))
-        add(json, "%.9g", number);
+        add_number(json, "%.9g", number);
     else
         add(json, "null");
 }
 
 void cb_writer_thousandths(struct cb_writer *json, const char *key, double number) {
     next(json, key, false);
-    add(json, "%.3f", number);
+    add_number(json, "%.3f", number);
 }
 
 int cb_writer_replace(const char *path, bool durable, void (*put)(struct cb_writer *, const void *),
