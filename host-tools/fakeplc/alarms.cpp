@@ -7,7 +7,7 @@
 
 namespace compbox::fakeplc {
 
-void alarm_list::set(const std::string &name, const std::string &text, bool there, double now_s,
+void alarm_list::set(std::string_view name, std::string_view text, bool there, double now_s,
                      bool needs_reset) {
     for (std::size_t i = 0; i < standing_.size(); ++i) {
         if (standing_[i].name != name) continue;
@@ -15,7 +15,7 @@ void alarm_list::set(const std::string &name, const std::string &text, bool ther
         return;
     }
     if (!there) return;
-    standing_.push_back({name, text, now_s, needs_reset});
+    standing_.push_back({std::string(name), std::string(text), now_s, needs_reset});
     events_.push_back(fmt::format("alarm {} came: {}", name, text));
     ++total_;
 }

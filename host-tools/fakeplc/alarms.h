@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace compbox::fakeplc {
@@ -17,7 +18,7 @@ class alarm_list {
   public:
     // in : whether the cause of the alarm is present. An alarm that needs a reset stays active
     // without its cause. take_events() reports each start and end once.
-    void set(const std::string &name, const std::string &text, bool there, double now_s,
+    void set(std::string_view name, std::string_view text, bool there, double now_s,
              bool needs_reset = false);
     // Clears alarms that need a reset.
     void reset();

@@ -72,6 +72,12 @@ double number_format::highest() const {
 }
 
 std::vector<std::uint16_t> number_format::encode(double number) const {
+    std::vector<std::uint16_t> words(static_cast<std::size_t>(registers));
+    encode_to(number, words.data());
+    return words;
+}
+
+void number_format::encode_to(double number, std::uint16_t *words) const {
     const double held = std::isnan(number) ? 0.0 : std::clamp(number, lowest(), highest());
     const std::uint32_t bits =
         what == kind::floating
@@ -82,11 +88,9 @@ std::vector<std::uint16_t> number_format::encode(double number) const {
     for (std::size_t i = 0; i < size; ++i) {
         wire[place_of(i, size, bytes)] = static_cast<std::uint8_t>(bits >> (8 * (size - 1 - i)));
     }
-    std::vector<std::uint16_t> words;
     for (std::size_t i = 0; i < size; i += 2) {
-        words.push_back(static_cast<std::uint16_t>(wire[i] << 8 | wire[i + 1]));
+        words[i / 2] = static_cast<std::uint16_t>(wire[i] << 8 | wire[i + 1]);
     }
-    return words;
 }
 
 double number_format::decode(const std::uint16_t *words) const {

@@ -27,6 +27,7 @@ struct number_format {
 
     // Integers are rounded to the nearest and held inside the range; a NaN becomes 0.
     std::vector<std::uint16_t> encode(double number) const;
+    void encode_to(double number, std::uint16_t *words) const;  // `registers` of them
     // words: `registers` of them. The result may be NaN or infinite for a float.
     double decode(const std::uint16_t *words) const;
 };

@@ -218,10 +218,12 @@ void fake_plc::start_up() {
 // [alarms]
 void fake_plc::watch_alarms() {
     const double now_s = seconds_since_start();
-    const std::string reason = std::to_string(duties_.status() >> 8);
+    const bool in_fault = duties_.box_alive() && duties_.mode() == box_mode::fault;
     alarms_.set("box-lost", "the box's heartbeat does not change", duties_.box_lost(), now_s);
-    alarms_.set("box-fault", "the box is in FAULT, reason " + reason,
-                duties_.box_alive() && duties_.mode() == box_mode::fault, now_s);
+    alarms_.set(
+        "box-fault",
+        in_fault ? fmt::format("the box is in FAULT, reason {}", duties_.status() >> 8) : "",
+        in_fault, now_s);
     alarms_.set("box-torn", "the box's blocks are torn", duties_.torn_for_long(), now_s);
     alarms_.set("box-number", "a value of the box is not a number", duties_.not_a_number(), now_s);
     watch_sizes();
@@ -231,11 +233,12 @@ void fake_plc::watch_alarms() {
 
 void fake_plc::watch_sizes() {
     for (std::size_t c = 0; c < map_.channels.size(); ++c) {
+        if (!duties_.limited()[c]) continue;  // only a reset ends these alarms
         const std::string &name = map_.channels[c].name;
         alarms_.set("size-" + name,
                     fmt::format("the box requests more of {} than the PLC's own size of {} um",
                                 name, duties_.sizes_um()[c]),
-                    duties_.limited()[c], seconds_since_start(), true);
+                    true, seconds_since_start(), true);
     }
 }
 

@@ -49,8 +49,7 @@ double fake_plc::signal_value(const shown_signal &signal) const {
 }
 
 void fake_plc::write_number(int address, const number_format &format, double raw) {
-    const auto words = format.encode(raw);
-    std::copy(words.begin(), words.end(), registers_.now.begin() + address);
+    format.encode_to(raw, &registers_.now[static_cast<std::size_t>(address)]);
 }
 
 // [heartbeat] Counts only scans with a new NC position.
