@@ -25,11 +25,14 @@ bool written_block::is_zero() const {
     return std::all_of(um.begin(), um.end(), zero) && std::all_of(slope.begin(), slope.end(), zero);
 }
 
-written_block block_of(const machine &of, const exchange &seen) {
+namespace {
+
+written_block decode(const machine &of, const std::vector<std::uint16_t> &words) {
     const fakeplc::register_map &map = of.map;
-    const auto &words = seen.written;
     const int start = map.write.start;
     written_block block;
+    for (auto *values : {&block.um, &block.slope, &block.reference_mm})
+        values->reserve(map.channels.size());
     const unsigned status = word_in(words, map.status, start);
     block.mode = status & 0xFFu;
     block.reason = status >> 8;
@@ -52,6 +55,14 @@ written_block block_of(const machine &of, const exchange &seen) {
                 : 0.0);
     }
     return block;
+}
+
+}  // namespace
+
+const written_block &block_of(const machine &of, const exchange &seen) {
+    if (seen.decoded_for != &of) seen.decoded = decode(of, seen.written);
+    seen.decoded_for = &of;
+    return seen.decoded;
 }
 
 bool read_head::references(const machine &of) const {

@@ -49,8 +49,8 @@ struct written_block {
     std::vector<double> reference_mm;  // of each channel, where its slope begins; 0 without
     bool is_zero() const;
 };
-// in : an exchange that writes
-written_block block_of(const machine &of, const exchange &seen);
+// in : an exchange that writes. out: kept with it, until it is asked for another machine
+const written_block &block_of(const machine &of, const exchange &seen);
 
 // The head of a reading of the read block.
 struct read_head {

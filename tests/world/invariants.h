@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host-tools/fakeplc/plc.h"
+#include "tests/world/blocks.h"
 #include "tests/world/computer.h"
 #include "tests/world/files.h"
 #include "tests/world/machine.h"
@@ -28,6 +29,10 @@ struct exchange {
     std::vector<std::uint16_t> read;     // the read block or, by FC3, the write block read back
     int read_start;                      // or, of FC16, the start of what is written
     std::vector<std::uint16_t> written;  // the write block; empty: nothing was written
+
+    // What block_of() made of `written` for this machine: many invariants ask for it.
+    mutable const machine *decoded_for = nullptr;
+    mutable written_block decoded = {};
 };
 
 class invariant {

@@ -23,7 +23,7 @@ class size_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty() || of_.files_taken() > 1) return;
         const machine &facts = of_.author_of(seen);
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             check(channel.name, block.um[c], channel.limit_um);
@@ -46,7 +46,7 @@ class pair_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.author_of(seen);
         if (seen.written.empty() || facts.pairs.empty() || of_.files_taken() > 1) return;
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         for (const pair_facts &pair : facts.pairs) {
             const double apart_um = std::fabs(block.um[pair.first] - block.um[pair.second]);
             if (apart_um <= pair.most_um * (1 + 1e-6) + 1e-4) continue;  // of two float32
@@ -199,7 +199,7 @@ class start_invariant : public invariant {
         const machine &facts = of_.author_of(seen);
         if (first_ && seen.function == 3 && seen.exception != 0) refused_ = true;
         if (seen.written.empty()) return;
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         if (first_ && held_ && !refused_ && !disturbed()) compare(facts, block);
         first_ = false;
         held_ = block;

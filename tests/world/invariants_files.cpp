@@ -211,7 +211,7 @@ class state_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.author_of(seen), seen);
+        const written_block &block = block_of(of_.author_of(seen), seen);
         zero_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
     }
     void logged(const std::string &line) override {

@@ -62,7 +62,7 @@ class applied_invariant : public invariant {
     }
 
     void judge(const machine &facts, const exchange &seen) {
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         sent_.push_back({seen.sent, block});
         while (sent_.front().ns < seen.sent - of_late) sent_.pop_front();
         if (block.mode != fakeplc::box_mode::active) return;
@@ -209,7 +209,7 @@ class confirmed_invariant : public invariant {
     void started() override { steps_ = 0; }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.author_of(seen), seen);
+        const written_block &block = block_of(of_.author_of(seen), seen);
         if (seen.duration != never) steps_ = 0;
         if (seen.duration != never || block.mode != fakeplc::box_mode::active) return;
         if (steps_ > 0 && block.heartbeat == heartbeat_) return;  // again, on a serial line

@@ -156,7 +156,7 @@ class permission_invariant : public invariant {
                (mode_before != fakeplc::box_mode::standby || block.reason == wait);
     }
     void judge(const machine &facts, const exchange &seen) {
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         newest_ns_ = seen.sent;
         contact_ = true;
         const unsigned mode_before = std::exchange(mode_, block.mode);
@@ -202,7 +202,7 @@ class reset_invariant : public invariant {
                                 fault_kind::foreign, fault_kind::partial, fault_kind::twice});
     }
     void judge(const machine &facts, const exchange &seen) {
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         newest_ns_ = seen.sent;
         if (block.mode == fakeplc::box_mode::fault) {
             if (!in_fault_) since_ns_ = seen.sent - 4 * facts.period_us * us;
@@ -234,7 +234,7 @@ class status_invariant : public invariant {
         }
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
-        const written_block block = block_of(author, seen);
+        const written_block &block = block_of(author, seen);
         if (seen.sent < sent_ns_) return;  // of a given-up connection
         judge(author, block);
         const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
@@ -378,7 +378,7 @@ class reason_invariant : public invariant {
   private:
     void judge_reason(const machine &facts, const exchange &seen) {
         using namespace box_reason;
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         static const std::set<unsigned> of_reading = {not_enabled, not_referenced, heartbeat,
                                                       signal, wait};
         static const std::set<unsigned> of_loss = {no_plc, heartbeat, clock, unconfirmed};
@@ -392,7 +392,7 @@ class reason_invariant : public invariant {
             violated(fmt::format("reason {}, and each request had its reply", block.reason));
     }
     void judge(const machine &facts, const exchange &seen) {
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         const time_ns since_ns =
             std::exchange(active_ns_, block.mode == fakeplc::box_mode::active ? seen.sent : never);
         if (since_ns == never || block.mode == fakeplc::box_mode::active) return;

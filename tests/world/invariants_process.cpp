@@ -26,7 +26,7 @@ class exit_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.author_of(seen), seen);
+        const written_block &block = block_of(of_.author_of(seen), seen);
         // A write of an abandoned connection, older than that of STOPPED, may still be on its way.
         // Its mode is an old one, but it moves nothing.
         if (stopped_ && seen.sent < stopped_ns_ && block.is_zero()) return;
@@ -67,7 +67,7 @@ class service_invariant : public invariant {
     explicit service_invariant(run &of) : invariant(of, "service") {}
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        const written_block block = block_of(of_.author_of(seen), seen);
+        const written_block &block = block_of(of_.author_of(seen), seen);
         mode_ = block.mode;
         is_zero_ = block.is_zero();
         const bool whole =
@@ -252,7 +252,7 @@ class tick_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const machine &facts = of_.author_of(seen);
-        const written_block block = block_of(facts, seen);
+        const written_block &block = block_of(facts, seen);
         if (known_ > 0 && block.heartbeat == beat_[0]) return;
         const auto beats = static_cast<std::uint16_t>(block.heartbeat - beat_[1]);
         if (known_ > 1 && beats == 2 && seen.sent > sent_[0]) {

@@ -2,6 +2,7 @@
 // world: runs compboxd's own code in virtual time against a simulated PLC, network, disk and clock,
 // with faults by the seed, and checks invariants after every step (docs/simulate.md).
 #include <fmt/core.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -135,6 +136,14 @@ double processor_seconds() {
     return sum;
 }
 
+// The files of a run grow and go again and again: their memory stays with the process, or the
+// kernel would clear each page once more.
+void keep_memory() {
+    ::mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    ::mallopt(M_TRIM_THRESHOLD, 1 << 30);
+    ::mallopt(M_TOP_PAD, 4 << 20);
+}
+
 int simulate(const order &with) {
     const total sum = run_jobs(with);
     fmt::print("{} cycles, {} seeds, {} violations, {:.0f} times real time\n", sum.cycles,
@@ -145,6 +154,7 @@ int simulate(const order &with) {
 }  // namespace
 
 int main(int argc, char **argv) {
+    keep_memory();
     const auto io = compbox::cli::standard_streams();
     compbox::cli::program app{"world: runs compboxd in virtual time with faults by a seed", io};
     order with;
