@@ -77,7 +77,11 @@ class slew_invariant : public invariant {
             placed_ns_ = std::max(placed_ns_, seen.sent);
             refused_ = seen.exception != 0;
         }
-        if (is_reading(facts, seen)) reads_alone_ = seen.function == 3;
+        if (is_reading(facts, seen) &&
+            seen.sent >= read_ns_) {  // not a late one of a connection given up
+            reads_alone_ = seen.function == 3;
+            read_ns_ = seen.sent;
+        }
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
         written_block block = block_of(author, seen);
@@ -91,7 +95,7 @@ class slew_invariant : public invariant {
         if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
-        if (lag_ns_ != never) look_back(author, {seen.sent, block});
+        if (lag_ns_ != never) look_back(author, {seen.sent, std::move(block)});
     }
 
   private:
@@ -148,23 +152,25 @@ class slew_invariant : public invariant {
     }
 
     // Compares with a block of some periods ago.
-    void look_back(const machine &facts, const sent_block &now) {
+    void look_back(const machine &facts, sent_block now) {
         constexpr std::size_t remembered = 12;
         if (!past_.empty() && now.sent < past_.back().sent) return;  // of a given-up connection
-        past_.push_back(now);
+        past_.push_back(std::move(now));
         if (past_.size() < remembered) return;
-        const sent_block before = past_.front();
+        const sent_block before = std::move(past_.front());
         past_.pop_front();
-        const time_ns apart_ns = now.sent - before.sent + lag_ns_ + longest_between_steps(facts);
+        const sent_block &newest = past_.back();
+        const time_ns apart_ns = newest.sent - before.sent + lag_ns_ + longest_between_steps(facts);
         const double time_s = 1e-9 * static_cast<double>(apart_ns) + 0.2 * period_s(facts);
-        check(facts, facts, before.block, now.block, time_s, "over twelve writes");
+        check(facts, facts, before.block, newest.block, time_s, "over twelve writes");
     }
 
     time_ns lag_ns_, sent_ns_ = 0;
     time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
     bool refused_ = false;            // that one was answered by an exception
     time_ns gap_ns_ = -never / 2;     // last write after a pause
-    bool reads_alone_ = false;        // the newest reading came without a write
+    bool reads_alone_ = false;        // the newest reading came without a write …
+    time_ns read_ns_ = 0;             // … and was sent then
     std::optional<written_block> before_;
     const machine *author_ = nullptr;  // of before_
     std::deque<sent_block> past_;

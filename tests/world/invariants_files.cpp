@@ -345,6 +345,7 @@ class events_invariant : public invariant {
         const auto file = of_.box.files.find(run::events_path, false);
         if (file == nullptr || file->kind != node_kind::regular) return;
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
+        if (lines.size() < lines_ && is_rotated()) lines_ = 0;
         if (lines.size() < lines_ && !draws_any(of_, {fault_kind::power_cut, fault_kind::disk,
                                                       fault_kind::refuse, fault_kind::links}))
             violated(fmt::format("{} lines of events, there were {}", lines.size(), lines_));
@@ -355,6 +356,11 @@ class events_invariant : public invariant {
                 violated("a line of events is no JSON object: " + lines[i]);
         }
         lines_ = lines.size();
+    }
+    // A long file takes another name (docs/events.md), with all of its lines.
+    bool is_rotated() const {
+        const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
+        return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;
 };

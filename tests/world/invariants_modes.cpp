@@ -118,8 +118,9 @@ class permission_invariant : public invariant {
     explicit permission_invariant(run &of)
         : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
     void started() override {
+        // A daemon that wrote nothing leaves the PLC as the one before it did.
+        was_stopped_ = contact_ ? mode_ == fakeplc::box_mode::stopped : was_stopped_;
         contact_ = false;
-        was_stopped_ = mode_ == fakeplc::box_mode::stopped;
         mode_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {

@@ -62,6 +62,9 @@ const edge edges[] = {
     // FC23 writes the outputs of the step before a reload to a slower file.
     {"slew", 301015, 4000, "partial,power_cut,hostile,foreign,stray",
      to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 3; })},
+    // A late FC23 of a given-up connection comes behind the reading that finds the PLC again.
+    {"slew", 6000650, 470, "delay,foreign",
+     to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 3; })},
     // An axis moves off between two sampled readings.
     {"slope", 310119, 300, "reset,enable,restart",
      to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
@@ -104,6 +107,13 @@ const edge edges[] = {
      "suspend,wire,plc_stop,stray",
      nullptr},
     {"reload", 2, 6000, "reload", [](cb_loop &loop) { loop.offer = CB_LOOP_OFFER_NONE; }},
+    // A daemon that is stopped before its first write leaves STOPPED to the next one.
+    {"permission", 5000477, 1400,
+     "preempt,tear,exception,partial,restart,clock,stall,foreign,can,boundary,reader,links",
+     [](cb_loop &loop) { loop.box->mode.lost = false; }},
+    // A long file of events is rotated.
+    {"events", 5000657, 9500,
+     "delay,twice,kill,restart,reload,hostile,memory,wire,sensors,line,can,mute", nullptr},
     // The log asks for a restart with the good file: another address of the PLC goes on.
     {"service", 300996, 6000, "tear,exception,restart,hostile,state,wire,mute",
      to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
@@ -139,6 +149,17 @@ TEST_P(edges_of_invariants, a_planted_defect_is_found) {
 }
 
 INSTANTIATE_TEST_SUITE_P(world, edges_of_invariants, testing::ValuesIn(edges));
+
+TEST(events, a_file_that_lost_its_lines_is_found) {
+    run_options options;
+    options.seed = 1;  // an odd one has events
+    options.prepare = [](run &world) {
+        world.time.at(20 * second, [&world] { world.box.files.replace(run::events_path, "\n"); });
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "events");
+}
 
 // ---- a good file that the running daemon refuses
 
