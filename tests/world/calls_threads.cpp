@@ -124,9 +124,9 @@ int world_sem_wait(sem_t *semaphore) {
 
 // Each function of hal/ calls these (-finstrument-functions).
 void __cyg_profile_func_enter(void *, void *) {
-    if (--here().lines_left < 0) here().preempt();
+    if (--computer::lines_left < 0) here().preempt();
 }
 void __cyg_profile_func_exit(void *, void *) {
-    if (--here().lines_left < 0) here().preempt();
+    if (--computer::lines_left < 0) here().preempt();
 }
 }

@@ -57,12 +57,15 @@ class can_socket : public open_file {
         return sizeof frame;
     }
 
-    void take(const can_frame &frame, time_ns wall) {
-        if (!bound_ || !wants(frame)) return;
-        if (queue_.size() >= queue_frames)
+    // out: whether the box will get it
+    bool take(const can_frame &frame, time_ns wall) {
+        if (!bound_ || !wants(frame)) return false;
+        if (queue_.size() >= queue_frames) {
             ++lost_;
-        else
-            queue_.push_back({frame, wall, lost_});
+            return false;
+        }
+        queue_.push_back({frame, wall, lost_});
+        return true;
     }
     void fail(int error) { error_ = error; }
 
@@ -127,10 +130,14 @@ std::shared_ptr<open_file> can_bus::make_socket() {
 void can_bus::put(const can_frame &frame) {
     if (state_ != interface_state::up) return;
     of_.hash.add(&frame, sizeof frame);
+    bool taken = false;
     for (const auto &one : sockets_) {
-        if (const auto open = one.lock()) open->take(frame, of_.wall());
+        if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
     of_.changed();
+    const int node = static_cast<int>(frame.can_id) - 0x180;
+    if (taken && heard && node > 0 && node < 0x80)
+        heard(node, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));
 }
 
 void can_bus::set_interface(interface_state state) {

@@ -39,6 +39,7 @@ class can_bus {
     // For tests, where given: the box bound a socket with these filters, or sent a frame.
     std::function<void(const std::vector<can_filter> &)> bound;
     std::function<void(const can_frame &)> sent;
+    std::function<void(int node, double degC)> heard;  // by the box: a value of a node
 
     std::shared_ptr<open_file> make_socket();
 

@@ -17,6 +17,7 @@ computer *computer::current = nullptr;
 computer::computer(scheduler &of_world, std::uint64_t seed)
     : time(of_world), files([this] { return wall(); }), chance_(seed, "computer") {
     current = this;
+    lines_left = 0;
     wall_offset_ns_ = 1700000000 * second + chance_.time_between(0, 300000000 * second);
     time.dropped = [this] { process_dropped(); };
     for (const char *folder :

@@ -113,7 +113,8 @@ class computer {
     // Begins each call: time passes, others run, faults come in. out: its fate
     call_fate begin(const char *name, const open_file *file = nullptr, const char *path = nullptr);
     void preempt();
-    std::int64_t lines_left = 0;  // until preempt() is called
+    // Until preempt() is called. Static, because each function of the daemon counts it.
+    static inline std::int64_t lines_left = 0;
     std::shared_ptr<open_file> descriptor(int fd) const;
     int add_descriptor(std::shared_ptr<open_file> file);
     int close_descriptor(int fd);

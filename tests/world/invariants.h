@@ -42,8 +42,9 @@ class invariant {
 
     // Each comes in an event, in the order of time.
     virtual void exchanged(const exchange &) {}
-    virtual void scanned(const fakeplc::plc_state &) {}  // a scan of the PLC program
-    virtual void logged(const std::string &) {}          // a line of stderr
+    virtual void scanned(const fakeplc::plc_state &) {}   // a scan of the PLC program
+    virtual void sampled(const std::string &, double) {}  // a signal on a wire of its own was sent
+    virtual void logged(const std::string &) {}           // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
     virtual void started() {}                                // the daemon
     virtual void taken(const machine &, const machine &) {}  // the daemon took the second file
@@ -62,13 +63,14 @@ class invariant {
 
 using invariants = std::vector<std::unique_ptr<invariant>>;
 
-void add_bounds(run &of, invariants &all);   // invariants_bounds.cpp
-void add_modes(run &of, invariants &all);    // invariants_modes.cpp
-void add_process(run &of, invariants &all);  // invariants_process.cpp
-void add_files(run &of, invariants &all);    // invariants_files.cpp
-void add_foreign(run &of, invariants &all);  // invariants_foreign.cpp
-void add_reloads(run &of, invariants &all);  // invariants_reloads.cpp
-void add_models(run &of, invariants &all);   // invariants_models.cpp
+void add_bounds(run &of, invariants &all);     // invariants_bounds.cpp
+void add_modes(run &of, invariants &all);      // invariants_modes.cpp
+void add_process(run &of, invariants &all);    // invariants_process.cpp
+void add_files(run &of, invariants &all);      // invariants_files.cpp
+void add_foreign(run &of, invariants &all);    // invariants_foreign.cpp
+void add_reloads(run &of, invariants &all);    // invariants_reloads.cpp
+void add_models(run &of, invariants &all);     // invariants_models.cpp
+void add_reference(run &of, invariants &all);  // invariants_reference.cpp
 
 invariants all_invariants(run &of);
 

@@ -14,6 +14,7 @@
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
+#include "tests/world/reference.h"
 #include "tests/world/run.h"
 
 namespace compbox::world {
@@ -23,33 +24,6 @@ namespace {
 using nlohmann::json;
 using numbers = std::vector<double>;
 using signal_values = std::map<std::string, double>;
-
-double polyline_at(const numbers &at, const numbers &values, double x) {
-    if (x <= at.front()) return values.front();
-    for (std::size_t i = 1; i < at.size(); ++i) {
-        if (x > at[i]) continue;
-        const double share = (x - at[i - 1]) / (at[i] - at[i - 1]);
-        return values[i - 1] + share * (values[i] - values[i - 1]);
-    }
-    return values.back();
-}
-
-// By de Boor's recursion.
-double bspline_at(const numbers &knots, std::size_t degree, const numbers &points, double x) {
-    x = std::clamp(x, knots[degree], knots[points.size()]);
-    std::size_t span = degree;
-    while (span + 1 < points.size() && x >= knots[span + 1]) ++span;
-    numbers d(points.begin() + static_cast<std::ptrdiff_t>(span - degree),
-              points.begin() + static_cast<std::ptrdiff_t>(span + 1));
-    for (std::size_t r = 1; r <= degree; ++r) {
-        for (std::size_t j = degree; j >= r; --j) {
-            const double low = knots[span - degree + j], high = knots[span + 1 + j - r];
-            const double share = high > low ? (x - low) / (high - low) : 0;
-            d[j] = (1 - share) * d[j - 1] + share * d[j];
-        }
-    }
-    return d[degree];
-}
 
 // out: nothing where a term needs more than the values of one reading: lags, branches
 std::optional<double> value_of(const json &root, const std::string &output,

@@ -204,11 +204,24 @@ void run::connect_wires() {
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
             *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
-                return modules_.answer(unit, request);
+                const auto reply = modules_.answer(unit, request);
+                note_module(unit, reply.pdu);
+                return reply;
             });
         wander_modules();
     }
-    if (!box_machine.nodes.empty()) can = std::make_unique<can_bus>(box, box_machine.nodes, seed);
+    if (box_machine.nodes.empty()) return;
+    can = std::make_unique<can_bus>(box, box_machine.nodes, seed);
+    can->heard = [this](int node, double degC) {
+        each([&](invariant &one) { one.sampled(fmt::format("C{}", node), degC); });
+    };
+}
+
+// The names and units of machine.cpp: B1 is unit 5, in 0.1 degC.
+void run::note_module(int unit, const fakeplc::byte_string &reply) {
+    if (reply.size() < 4 || (reply[0] & 0x80) != 0) return;
+    const double degC = 0.1 * static_cast<std::int16_t>(reply[2] << 8 | reply[3]);
+    each([&](invariant &one) { one.sampled(fmt::format("B{}", unit - 4), degC); });
 }
 
 // The temperatures of the modules on the bus.

@@ -111,6 +111,7 @@ class run {
   private:
     void connect_wires();
     void wander_modules();
+    void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();
     void daemon_ended(const ending &how);

@@ -161,6 +161,62 @@ TEST(events, a_file_that_lost_its_lines_is_found) {
     EXPECT_EQ(result.violations[0].invariant, "events");
 }
 
+// ---- the reference
+
+struct wrong_arithmetic {
+    const char *name;
+    defect planted;
+};
+
+template <typename Change>
+defect to_signals(Change change) {
+    return to_config([change](cb_config &config) {
+        for (unsigned i = 0; i < config.signals_count; ++i) change(config.signals[i]);
+    });
+}
+
+const wrong_arithmetic arithmetic[] = {
+    {"no_deadband", to_channels([](cb_channel_config &channel) { channel.deadband_um = 0; })},
+    {"a_coarser_deadband",
+     to_channels([](cb_channel_config &channel) { channel.deadband_um += 0.5F; })},
+    {"a_slower_slew",
+     to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 0.8F; })},
+    {"a_scale_off_by_a_thousandth", to_signals([](cb_signal_config &one) { one.scale *= 1.001F; })},
+    {"a_zero_that_is_not_zero", to_signals([](cb_signal_config &one) { one.zero += 0.5F; })},
+    {"no_look_ahead", to_signals([](cb_signal_config &one) { one.leads = false; })},
+    {"a_demand_beyond_its_error",
+     to_channels([](cb_channel_config &channel) { channel.error_um = 1e9F; })},
+    {"a_lag_of_twice_the_time", to_config([](cb_config &config) {
+         for (unsigned i = 0; i < config.lags_count; ++i) config.lag_links[i].tau_s *= 2;
+     })},
+    {"another_number_of_a_curve", to_config([](cb_config &config) {
+         for (float &number : config.pool) number *= 1.002F;
+     })},
+};
+
+void PrintTo(const wrong_arithmetic &of, std::ostream *out) {
+    *out << of.name;
+}
+
+class reference_finds : public testing::TestWithParam<wrong_arithmetic> {};
+
+// Not each machine has what the defect changes; the unchanged daemon passes all of these runs.
+TEST_P(reference_finds, a_planted_defect) {
+    run_options options;
+    options.cycles = 1500;
+    int found = 0;
+    for (options.seed = 1; options.seed <= 40 && found == 0; ++options.seed) {
+        options.prepare = {};
+        ASSERT_TRUE(run_isolated(options).violations.empty()) << options.seed;
+        options.prepare = [](run &world) { plant(world, GetParam().planted); };
+        const run_result result = run_isolated(options);
+        found += !result.violations.empty() && result.violations[0].invariant == "reference";
+    }
+    EXPECT_EQ(found, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(world, reference_finds, testing::ValuesIn(arithmetic));
+
 // ---- a good file that the running daemon refuses
 
 run_options with_quiet_end() {

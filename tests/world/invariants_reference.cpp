@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+// In ACTIVE each output goes where its terms want it: at once as far as its slew rate allows, in
+// each step, also while axes move and temperatures change. What the terms want is computed again
+// (reference.h). Judged where the box gets each reading that the PLC gave, and each write is
+// confirmed.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/reference.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+class reference_invariant : public invariant {
+  public:
+    explicit reference_invariant(run &of) : invariant(of, "reference") {
+        const bool disturbed =
+            longest_lag(of) != 0 ||
+            draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                           fault_kind::boundary, fault_kind::foreign, fault_kind::mute,
+                           fault_kind::exception, fault_kind::wire, fault_kind::line,
+                           fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                           fault_kind::partial, fault_kind::stray, fault_kind::plc_stop});
+        if (!disturbed) box_.emplace(of.box_machine);
+        samples_arrive_ = !draws(of, fault_kind::can);
+    }
+    void started() override {
+        if (of_.starts() > 1 || of_.box.files.has(run::state_path)) box_.reset();  // lags go on
+        if (box_) box_->start();
+        steady_ = readings_ = 0;
+    }
+    void sampled(const std::string &signal, double value) override {
+        if (box_ && samples_arrive_) box_->sample(signal, value, of_.time.now());
+    }
+    void exchanged(const exchange &seen) override {
+        if (!box_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
+        if (seen.duration == never) return;
+        if (seen.function != 16) replied_ns_ = seen.now + seen.duration;
+        if (!is_reading(facts, seen)) return;
+        if (!head_of(facts, seen).whole) return;
+        box_->read(facts, seen, seen.sent);
+        read_ns_ = seen.sent;
+        ++readings_;
+    }
+
+  private:
+    // Steps in a row from which nothing is missing; before that the box may have had another past.
+    static constexpr int settled = 8;
+    // What one channel wants: its target within its limit.
+    struct target {
+        double um, near;
+        bool at_limit;
+    };
+
+    void follow(const machine &facts, const written_block &block, const exchange &seen) {
+        using namespace box_reason;
+        const time_ns gap_ns = seen.sent - sent_ns_, period_ns = facts.period_us * us;
+        const bool follows =
+            block.mode == fakeplc::box_mode::active &&
+            (block.reason == none || block.reason == degraded || block.reason == limited ||
+             block.reason == extrapolated || block.reason == drifted) &&
+            2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
+        steady_ = follows ? steady_ + 1 : 0;
+        // The box steps behind a reading: before it sends FC16, behind the reply to FC23.
+        const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
+        elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
+                                                std::exchange(stepped_ns_, stepped_ns) - 500 * us);
+        if (steady_ >= settled && box_->knows()) judge(facts, block);
+        if (seen.duration == never) steady_ = 0;  // the box does not know that it was executed
+        sent_ns_ = seen.sent;
+        before_ = block;
+        readings_ = 0;
+    }
+
+    void judge(const machine &facts, const written_block &block) {
+        box_->look(read_ns_);
+        if (agree(facts, block) || ++unlike_ % 2 == 0) return;
+        std::vector<target> targets;
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            targets.push_back(target_of(facts, c));
+        for (const pair_facts &pair : facts.pairs) join(facts, pair, targets);
+        for (std::size_t c = 0; c < targets.size(); ++c) {
+            if (std::isnan(targets[c].um)) continue;
+            const std::optional<std::size_t> other = partner_of(facts, c);
+            if (other && !is_reached(facts, *other, targets[*other])) continue;
+            if (is_reached(facts, c, targets[c]))
+                judge_arrival(facts.channels[c], targets[c], before_.um[c], block.um[c]);
+            else if (!other)
+                judge_way(facts, c, targets[c], block.um[c]);
+        }
+    }
+
+    // Most steps need no look at how far the box may be from the reference.
+    bool agree(const machine &facts, const written_block &block) const {
+        for (std::size_t c = 0; c < facts.channels.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const double want_um = box_->wanted_um(c);
+            if (std::isnan(want_um)) continue;
+            const double um = std::clamp(want_um, -channel.limit_um, channel.limit_um);
+            if (std::fabs(want_um) > channel.error_um ||
+                rests(channel, {um, 0, false}, before_.um[c]) ||
+                std::fabs(um - block.um[c]) > 0.51 * channel.unit_um + 2e-3)
+                return false;
+        }
+        return true;
+    }
+    target target_of(const machine &facts, std::size_t c) {
+        const channel_facts &channel = facts.channels[c];
+        const judged_number want = box_->judged_um(c);
+        if (std::fabs(want.value) - want.near > channel.error_um * (1 + 1e-5))
+            violated(fmt::format(
+                "the terms of {} want {} um, beyond its error_um of {} um, and the box is ACTIVE",
+                channel.name, want.value, channel.error_um));
+        const double um = std::isnan(want.value)
+                              ? want.value
+                              : std::clamp(want.value, -channel.limit_um, channel.limit_um);
+        return {um, want.near, std::fabs(want.value) + want.near >= channel.limit_um};
+    }
+    // Two motors whose targets are too far apart meet: each gives way by the same.
+    static void join(const machine &facts, const pair_facts &pair, std::vector<target> &targets) {
+        target &a = targets[pair.first], &b = targets[pair.second];
+        const double excess = std::fabs(a.um - b.um) - pair.most_um;
+        // The target of an output within its deadband is where it is, and one follows the other's
+        // rounding.
+        const channel_facts &first = facts.channels[pair.first],
+                            &second = facts.channels[pair.second];
+        a.near = b.near = a.near + b.near + first.deadband_um + second.deadband_um +
+                          2 * std::max(first.unit_um, second.unit_um);
+        if (std::isnan(excess)) a.um = b.um = excess;
+        if (!(excess > -a.near)) return;
+        a.at_limit = b.at_limit = true;
+        if (!(excess > 0)) return;
+        const double give = a.um > b.um ? excess / 2 : -excess / 2;
+        a.um -= give;
+        b.um += give;
+    }
+    static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
+        for (const pair_facts &pair : facts.pairs) {
+            if (pair.first == c) return pair.second;
+            if (pair.second == c) return pair.first;
+        }
+        return std::nullopt;
+    }
+    // out: the way of this step, at least. A control with a largest step may have lowered the slew
+    // rate
+    //      (docs/plc-profiles.md).
+    double step_um(const machine &facts, const channel_facts &channel) const {
+        const double least_fanuc = std::min(0.25 * channel.slew_um_per_s, 4000 * channel.unit_um);
+        return 0.97 * elapsed_s_ *
+               (facts.profile.name == "fanuc" ? least_fanuc : channel.slew_um_per_s);
+    }
+    bool is_reached(const machine &facts, std::size_t c, const target &to) const {
+        const channel_facts &channel = facts.channels[c];
+        return std::fabs(to.um - before_.um[c]) + to.near + 2 * channel.unit_um <=
+               step_um(facts, channel);
+    }
+    // Within its deadband an output stays, but for zero and its limit.
+    static bool rests(const channel_facts &channel, const target &to, double was_um) {
+        return !to.at_limit && std::fabs(to.um) > to.near + 2 * channel.unit_um &&
+               std::fabs(to.um - was_um) + to.near + 2 * channel.unit_um < channel.deadband_um;
+    }
+    void judge_arrival(const channel_facts &channel, const target &to, double was_um,
+                       double is_um) {
+        const double rounding_um = (to.at_limit ? 2.0 : 0.51) * channel.unit_um;
+        const bool stays = std::fabs(is_um - was_um) < 0.1 * channel.unit_um + 1e-6;
+        const double most_um = to.near + rounding_um + (stays ? channel.deadband_um : 0);
+        if (!stays && rests(channel, to, was_um))
+            violated(fmt::format(
+                "{} moves from {} um to {} um, its terms want {} um: within its deadband of {} um",
+                channel.name, was_um, is_um, to.um, channel.deadband_um));
+        if (std::fabs(is_um - to.um) <= most_um) return;
+        violated(fmt::format("{} is {} um after {} um, its terms want {} um within {} um",
+                             channel.name, is_um, was_um, to.um, most_um));
+    }
+    // Beyond one step's way the output comes nearer by most of what it may.
+    void judge_way(const machine &facts, std::size_t c, const target &to, double is_um) {
+        const channel_facts &channel = facts.channels[c];
+        const double rest_um = to.um - before_.um[c], step = step_um(facts, channel);
+        if (std::fabs(rest_um) - to.near < 1.3 * step + 2 * channel.unit_um + channel.deadband_um)
+            return;
+        const double way_um = (is_um - before_.um[c]) * (rest_um > 0 ? 1 : -1);
+        if (way_um >= step - 2.01 * channel.unit_um - 1e-5 * std::fabs(is_um)) return;
+        violated(fmt::format("{} moves by {} um towards {} um, {} um are possible", channel.name,
+                             way_um, to.um, step));
+    }
+
+    std::optional<reference_box> box_;
+    bool samples_arrive_ = true;
+    int steady_ = 0, readings_ = 0;  // readings since the newest write
+    unsigned unlike_ = 0;
+    time_ns sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
+    double elapsed_s_ = 0;  // between the two newest steps, at least
+    written_block before_;
+};
+
+}  // namespace
+
+void add_reference(run &of, invariants &all) {
+    all.push_back(std::make_unique<reference_invariant>(of));
+}
+
+}  // namespace compbox::world

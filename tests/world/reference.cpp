@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/reference.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+using numbers = std::vector<double>;
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double float_eps = 6e-8;           // of one rounding to 24 bits
+constexpr double fastest_axis_per_s = 1500;  // of the machines that are drawn; what is faster lies
+
+double seconds_of(time_ns ns) {
+    return 1e-9 * static_cast<double>(ns);
+}
+
+// The smallest and largest input that a trained model takes unchanged, and where it has faded to
+// nothing.
+struct trained_range {
+    double min, max, margin, fade;
+    double held(double x) const { return std::clamp(x, min - margin, max + margin); }
+    double weight(double x) const {
+        const double beyond = std::max(x - max, min - x) - margin;
+        return 1 - std::clamp(beyond / fade, 0.0, 1.0);
+    }
+};
+
+std::vector<trained_range> ranges_of(const json &net) {
+    std::vector<trained_range> ranges;
+    for (std::size_t i = 0; i < net.at("inputs").size(); ++i) {
+        const double min = net.at("input_min")[i], max = net.at("input_max")[i];
+        const auto own = [&net, i](const char *key, double otherwise) {
+            return net.contains(key) ? net.at(key)[i].get<double>() : otherwise;
+        };
+        ranges.push_back(
+            {min, max, own("margin", 0.1 * (max - min)), own("fade", 0.5 * (max - min))});
+    }
+    return ranges;
+}
+
+}  // namespace
+
+double polyline_at(const numbers &at, const numbers &values, double x) {
+    if (std::isnan(x)) return unknown;
+    if (x <= at.front()) return values.front();
+    if (x >= at.back()) return values.back();
+    const auto above = std::upper_bound(at.begin(), at.end(), x);
+    const auto i = static_cast<std::size_t>(above - at.begin());
+    const double share = (x - at[i - 1]) / (at[i] - at[i - 1]);
+    return values[i - 1] + share * (values[i] - values[i - 1]);
+}
+
+// By de Boor's recursion.
+double bspline_at(const numbers &knots, std::size_t degree, const numbers &points, double x) {
+    if (std::isnan(x)) return unknown;
+    x = std::clamp(x, knots[degree], knots[points.size()]);
+    std::size_t span = degree;
+    while (span + 1 < points.size() && x >= knots[span + 1]) ++span;
+    numbers d(points.begin() + static_cast<std::ptrdiff_t>(span - degree),
+              points.begin() + static_cast<std::ptrdiff_t>(span + 1));
+    for (std::size_t r = 1; r <= degree; ++r) {
+        for (std::size_t j = degree; j >= r; --j) {
+            const double low = knots[span - degree + j], high = knots[span + 1 + j - r];
+            const double share = high > low ? (x - low) / (high - low) : 0;
+            d[j] = (1 - share) * d[j - 1] + share * d[j];
+        }
+    }
+    return d[degree];
+}
+
+// ---- the file
+
+reference_box::reference_box(const machine &of) : period_ns_(of.period_us * us) {
+    const json root = json::parse(of.text);
+    const json &cycle = root.at("cycle"), &plc = root.at("plc");
+    const double line_s = 1e-3 * plc.value("interpolate_ms", 0.0);
+    const json lead = cycle.value("lead_ms", json(0));
+    if (lead.is_string()) {  // measured: period / 2, and what the exchange and the PLC's cycle take
+        const double handshake_s = plc.value("profile", "") == "fanuc" ? 0.15 : 0;
+        const double before_s = of.fc23 ? seconds_of(period_ns_) : 0;
+        lead_unsure_s_ = (0.12 + handshake_s + before_s) / 2;
+        lead_s_ = 0.5 * (seconds_of(period_ns_) + line_s) + lead_unsure_s_;
+    } else {
+        lead_s_ = 1e-3 * lead.get<double>();
+    }
+    counts_beats_ = line_s > 0;
+    take_signals(root);
+    take_terms(root);
+    for (const auto &channel : root.at("channels")) {
+        sums_.emplace_back();
+        for (const std::string output : channel.at("sum"))
+            sums_.back().push_back(outputs_.at(output));
+    }
+}
+
+void reference_box::take_signals(const json &root) {
+    for (const auto &entry : root.at("signals")) {
+        signal made;
+        made.name = entry.at("name");
+        const std::string unit = entry.value("unit", "");
+        made.from_plc = entry.contains("plc");
+        made.leads = made.from_plc && (unit == "mm" || unit == "deg");
+        made.min = entry.value("min", 0.0);
+        made.max = entry.value("max", 0.0);
+        made.rate_per_s = entry.value("max_rate_per_s", 0.0);
+        if (entry.value("type", "").rfind("float", 0) != 0)
+            made.unit = std::fabs(entry.value("scale", 1.0));
+        const double age_ms = made.from_plc ? 3e-6 * static_cast<double>(period_ns_) : 2000.0;
+        made.max_age_ns = static_cast<time_ns>(1e6 * entry.value("max_age_ms", age_ms));
+        signals_.push_back(made);
+    }
+    for (std::size_t i = 0; i < signals_.size(); ++i) {
+        const json &entry = root.at("signals")[i];
+        if (!entry.contains("lag_of")) continue;
+        lags_.push_back(
+            {place_of(entry.at("lag_of")), i, entry.at("tau_s"), entry.value("power", 1u)});
+    }
+}
+
+void reference_box::take_terms(const json &root) {
+    for (const auto &term : root.at("terms")) {
+        const function made = function_of(term);
+        if (term.contains("outputs"))
+            for (const std::string output : term.at("outputs")) outputs_[output] = made;
+        else
+            outputs_[term.at("name")] = made;
+    }
+}
+
+std::size_t reference_box::place_of(const std::string &name) const {
+    std::size_t i = 0;
+    while (signals_.at(i).name != name) ++i;
+    return i;
+}
+
+// out: the place of another value behind those of the signals
+std::size_t reference_box::hidden_place() {
+    hidden_.push_back(unknown);
+    hidden_near_.push_back(1e-5);
+    return signals_.size() + hidden_.size() - 1;
+}
+
+// out: nothing but NaN for kinds that need more than readings, and for terms with several outputs
+reference_box::function reference_box::function_of(const json &term) {
+    const std::string type = term.at("type");
+    if (type == "linear") return linear_of(term);
+    if (type == "bpnet" && term.at("outputs").size() == 1) return network_of(term);
+    if (type == "polyline" || type == "bspline")
+        return term.contains("backward") ? play_of(term) : curve_of(term);
+    if (type != "product") return [](const values &) { return unknown; };
+    const function slope = outputs_.at(term.at("term"));
+    return [slope, x = place_of(term.at("signal")), origin = term.value("origin", 0.0)](
+               const values &at) { return slope(at) * (at[x] - origin); };
+}
+
+// in : a curve with its signal
+reference_box::function reference_box::curve_of(const json &curve) const {
+    const std::size_t x = place_of(curve.at("signal"));
+    if (curve.at("type") == "polyline")
+        return [x, positions = curve.at("positions").get<numbers>(),
+                drawn = curve.at("values").get<numbers>()](const values &at) {
+            return polyline_at(positions, drawn, at[x]);
+        };
+    return [x, knots = curve.at("knots").get<numbers>(),
+            degree = curve.at("degree").get<std::size_t>(),
+            points = curve.at("control_points").get<numbers>()](const values &at) {
+        return bspline_at(knots, degree, points, at[x]);
+    };
+}
+
+reference_box::function reference_box::play_of(const json &term) {
+    json back = term;
+    back.update(term.at("backward"));
+    const std::size_t b = hidden_place();
+    const std::size_t axis = place_of(term.at("signal"));
+    const double width = term.at("reversal_mm");
+    plays_.push_back({axis, b, width});
+    hidden_near_.back() += 5 * float_eps * signals_[axis].max / width;
+    return [forward = curve_of(term), backward = curve_of(back), b](const values &at) {
+        return (1 + at[b]) / 2 * forward(at) + (1 - at[b]) / 2 * backward(at);
+    };
+}
+
+reference_box::function reference_box::linear_of(const json &term) {
+    if (term.contains("bank")) return bank_of(term.at("bank"));
+    std::vector<std::size_t> inputs;
+    for (const std::string name : term.at("inputs")) inputs.push_back(place_of(name));
+    return [inputs, weights = term.at("weights").get<numbers>(),
+            constant = term.value("constant", 0.0)](const values &at) {
+        double sum = constant;
+        for (std::size_t i = 0; i < inputs.size(); ++i) sum += weights[i] * at[inputs[i]];
+        return sum;
+    };
+}
+
+// Columns in their order: inputs, powers, time constants. Of the first output.
+reference_box::function reference_box::bank_of(const json &bank) {
+    struct column {
+        std::size_t place;
+        unsigned power;
+        double weight;
+    };
+    std::vector<column> columns;
+    const json &weights = bank.at("weights")[0];
+    for (const std::string name : bank.at("inputs")) {
+        for (const unsigned power : bank.at("powers").at(name)) {
+            for (const double tau_s : bank.at("tau_s")) {
+                const double weight = weights[columns.size()];
+                if (tau_s == 0) {
+                    columns.push_back({place_of(name), power, weight});
+                    continue;
+                }
+                const std::size_t lagged = hidden_place();
+                lags_.push_back({place_of(name), lagged, tau_s, power});
+                columns.push_back({lagged, 1, weight});
+            }
+        }
+    }
+    return [columns, bias = bank.at("bias")[0].get<double>()](const values &at) {
+        double sum = bias;
+        for (const column &one : columns)
+            sum += one.weight * std::pow(at[one.place], static_cast<int>(one.power));
+        return sum;
+    };
+}
+
+reference_box::function reference_box::network_of(const json &net) const {
+    std::vector<std::size_t> inputs;
+    for (const std::string name : net.at("inputs")) inputs.push_back(place_of(name));
+    const bool logistic = net.at("activation") == "logsig";
+    return [inputs, logistic, ranges = ranges_of(net),
+            rows = net.at("hidden_weights").get<std::vector<numbers>>(),
+            biases = net.at("hidden_bias").get<numbers>(),
+            out = net.at("output_weights")[0].get<numbers>(),
+            bias = net.at("output_bias")[0].get<double>(),
+            center = net.at("input_center").get<numbers>(),
+            scale = net.at("input_scale").get<numbers>()](const values &at) {
+        double sum = bias, weight = 1;
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            double s = biases[k];
+            for (std::size_t i = 0; i < inputs.size(); ++i)
+                s += rows[k][i] * (ranges[i].held(at[inputs[i]]) - center[i]) / scale[i];
+            sum += out[k] * (logistic ? 1 / (1 + std::exp(-s)) : std::tanh(s));
+        }
+        for (std::size_t i = 0; i < inputs.size(); ++i)
+            weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
+        return sum * weight;
+    };
+}
+
+// ---- what comes
+
+void reference_box::start() {
+    knows_ = true;
+    for (auto &one : signals_) {
+        one.known = false;
+        one.velocity = one.fastest = 0;
+    }
+    for (auto &one : lags_) one.known = false;
+    for (auto &one : plays_) one.known = false;
+    std::fill(hidden_.begin(), hidden_.end(), unknown);
+}
+
+// A value outside of its range, or faster than its rate since the last one, is refused.
+void reference_box::accept(signal &of, double value, time_ns at) {
+    const double slack = 2.5e-7 * std::max(std::fabs(of.min), std::fabs(of.max));
+    if (!(value >= of.min - slack && value <= of.max + slack)) {
+        knows_ = knows_ && !of.leads;
+        return;
+    }
+    const double apart_s = seconds_of(at - of.at_ns), change = value - of.value;
+    if (of.known && of.rate_per_s > 0) {
+        const double most = of.rate_per_s * apart_s + of.unit;
+        // The box has a time of its own, a little later.
+        if (std::fabs(std::fabs(change) - most) < 0.02 + 1e-3 * most) knows_ = false;
+        if (std::fabs(change) > most) return;
+    }
+    const bool follows = of.known && at - of.at_ns <= 3 * period_ns_ && apart_s > 0;
+    const double measured = follows ? change / apart_s : 0;
+    if (of.leads && std::fabs(measured) > fastest_axis_per_s) knows_ = false;
+    of.velocity = follows ? of.velocity + (measured - of.velocity) / 3 : 0;
+    of.fastest = std::max(std::fabs(measured), 0.7 * of.fastest);
+    of.before = of.known ? of.value : value;
+    of.before_ns = of.known ? of.at_ns : at;
+    of.value = std::clamp(value, of.min, of.max);
+    of.at_ns = at;
+    of.known = true;
+}
+
+void reference_box::read(const machine &of, const exchange &seen, time_ns sent) {
+    for (const fakeplc::shown_signal &shown : of.map.signals)
+        accept(signals_[place_of(shown.name)], signal_in(of, shown, seen), sent);
+    follow();
+}
+
+void reference_box::sample(const std::string &name, double value, time_ns at) {
+    accept(signals_[place_of(name)], value, at);
+}
+
+// Lags and directions go on to the newest values.
+void reference_box::follow() {
+    for (lag &one : lags_) {
+        const signal &of = signals_[one.of];
+        if (!of.known || (one.known && of.at_ns == one.at_ns)) continue;
+        const double u = std::pow(of.value, static_cast<int>(one.power));
+        if (!one.known) {
+            one.y = u;
+        } else {  // exact for an input that is linear between its values
+            const double h = seconds_of(of.at_ns - one.at_ns) / one.tau_s;
+            const double gain = -std::expm1(-h);
+            const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
+            one.y += gain * (one.u - one.y) + ramp * (u - one.u);
+            constexpr double most_apart_s = 0.2;
+            one.near -= gain * one.near;
+            if (!of.from_plc)
+                one.near += std::fabs(u - one.u) * std::min(1.0, most_apart_s / one.tau_s);
+        }
+        one.u = u;
+        one.at_ns = of.at_ns;
+        one.known = true;
+        if (one.to >= signals_.size()) {
+            hidden_[one.to - signals_.size()] = one.y;
+            hidden_near_[one.to - signals_.size()] = 1e-5 + 1e-6 * std::fabs(one.y) + one.near;
+            continue;
+        }
+        signal &to = signals_[one.to];
+        to.value = to.before = one.y;
+        to.at_ns = to.before_ns = of.at_ns;
+        to.max_age_ns = of.max_age_ns;
+        to.known = true;
+    }
+    for (play &one : plays_) {
+        const signal &of = signals_[one.of];
+        double &b = hidden_[one.to - signals_.size()];
+        if (!of.known) continue;
+        b = one.known ? std::clamp(b + 2 * (of.value - one.x) / one.width, -1.0, 1.0) : 0;
+        one.x = of.value;
+        one.known = true;
+    }
+}
+
+// ---- what the channels want
+
+void reference_box::look(time_ns now) {
+    used_.clear();
+    unsure_.clear();
+    for (const signal &one : signals_) {
+        // The box looks some time after the request, and a period may be between its look and this
+        // one.
+        const bool old = !one.known || now - one.at_ns > one.max_age_ns - period_ns_;
+        double value = old ? unknown : one.value;
+        double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value));
+        if (one.leads && now - one.at_ns <= 3 * period_ns_) {
+            const double fastest = std::fabs(one.velocity) + (counts_beats_ ? 2 * one.fastest : 0);
+            value = std::clamp(value + one.velocity * lead_s_, one.min, one.max);
+            near +=
+                std::fabs(one.velocity) * lead_unsure_s_ + 0.01 * std::fabs(one.velocity) * lead_s_;
+            if (counts_beats_) near += fastest * (lead_s_ + lead_unsure_s_);
+        }
+        if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
+        // A sample waits for the next step of the box.
+        if (!one.from_plc && now - one.at_ns < 3 * period_ns_ + 100 * ms)
+            near += std::fabs(one.value - one.before);
+        used_.push_back(value);
+        unsure_.push_back(near);
+    }
+    used_.insert(used_.end(), hidden_.begin(), hidden_.end());
+    unsure_.insert(unsure_.end(), hidden_near_.begin(), hidden_near_.end());
+}
+
+double reference_box::sum_of(std::size_t channel, const values &at) const {
+    double sum = 0;
+    for (const function &output : sums_[channel]) sum += output(at);
+    return sum;
+}
+
+judged_number reference_box::judged_um(std::size_t channel) const {
+    values at = used_;
+    const double sum = sum_of(channel, at);
+    if (std::isnan(sum)) return {unknown, 0};
+    double near = 2e-3;
+    for (const function &output : sums_[channel]) near += 2e-5 * std::fabs(output(at));
+    for (std::size_t i = 0; i < at.size(); ++i) {
+        if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
+        const double there = at[i];
+        double most = 0;
+        for (const double share : {-1.0, -0.5, 0.5, 1.0}) {
+            at[i] = there + share * unsure_[i];
+            most = std::max(most, std::fabs(sum_of(channel, at) - sum));
+        }
+        at[i] = there;
+        near += 1.2 * most;
+    }
+    return {-sum, near};
+}
+
+}  // namespace compbox::world

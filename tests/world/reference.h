@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// The box's arithmetic once more, in double precision, by docs/coefficient-file.md alone: from the
+// readings that the PLC gave to what each channel wants. It shares no code with the box.
+//
+// NaN stands for what readings do not tell: sensors on wires of their own, probes, a signal that is
+// too old, a lag whose start is in a state file. It spreads to all that depends on it, and nothing
+// is judged by it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/world/machine.h"
+#include "tests/world/scheduler.h"
+
+namespace compbox::world {
+
+struct exchange;
+
+double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
+double bspline_at(const std::vector<double> &knots, std::size_t degree,
+                  const std::vector<double> &points, double x);
+
+// A number, and how far the box's may be from it: it looks ahead by times that it measures, and has
+// 24 bits.
+struct judged_number {
+    double value, near;
+};
+
+class reference_box {
+  public:
+    explicit reference_box(const machine &of);
+
+    // The daemon has started, without a state file: its lags begin with the first reading.
+    void start();
+    // A whole reading, for which the box sent its request at `sent`.
+    void read(const machine &of, const exchange &seen, time_ns sent);
+    // A sample of a sensor on a wire of its own.
+    void sample(const std::string &signal, double value, time_ns at);
+    // Whether the box has the same past: not since a value was at the edge of what it takes, or a
+    // position lied.
+    bool knows() const { return knows_; }
+    // Takes all that was read before `now` for the two below.
+    void look(time_ns now);
+    // out: minus the sum of the channel's terms; NaN if it is not known
+    double wanted_um(std::size_t channel) const { return -sum_of(channel, used_); }
+    // The same, and how far the box's may be from it.
+    judged_number judged_um(std::size_t channel) const;
+
+  private:
+    using values = std::vector<double>;  // of signals, then of hidden_
+    using function = std::function<double(const values &)>;
+    struct signal {
+        std::string name;
+        double min = 0, max = 0, rate_per_s = 0, unit = 0;
+        time_ns max_age_ns = 0;
+        bool from_plc = false, leads = false;
+        // of the newest value that the box accepts
+        bool known = false;
+        double value = 0, before = 0;
+        time_ns at_ns = 0, before_ns = 0;
+        double velocity = 0, fastest = 0;  // as the box filters it; the largest of the last three
+    };
+    struct lag {
+        std::size_t of, to;  // places in values
+        double tau_s;
+        unsigned power;
+        bool known = false;
+        double y = 0, u = 0;
+        double near = 0;  // by the times of samples, of which the box has its own
+        time_ns at_ns = 0;
+    };
+    struct play {
+        std::size_t of, to;
+        double width, x = 0;
+        bool known = false;
+    };
+    std::size_t hidden_place();
+    std::size_t place_of(const std::string &name) const;
+    void take_signals(const nlohmann::json &root);
+    void take_terms(const nlohmann::json &root);
+    function function_of(const nlohmann::json &term);
+    function curve_of(const nlohmann::json &curve) const;
+    function play_of(const nlohmann::json &term);
+    function linear_of(const nlohmann::json &term);
+    function bank_of(const nlohmann::json &bank);
+    function network_of(const nlohmann::json &net) const;
+    void accept(signal &of, double value, time_ns at);
+    void follow();
+    double sum_of(std::size_t channel, const values &at) const;
+
+    std::vector<signal> signals_;
+    std::vector<lag> lags_;
+    std::vector<play> plays_;
+    std::vector<double> hidden_;       // lags of banks, directions
+    std::vector<double> hidden_near_;  // how far the box's may be from them
+    std::map<std::string, function> outputs_;
+    std::vector<std::vector<function>> sums_;  // by channel
+    values used_, unsure_;  // what the terms take, and how far the box's may be from it
+    time_ns period_ns_ = 0;
+    double lead_s_ = 0, lead_unsure_s_ = 0;
+    bool counts_beats_ = false;  // velocities by the PLC's count
+    bool knows_ = true;
+};
+
+}  // namespace compbox::world
