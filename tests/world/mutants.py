@@ -247,6 +247,49 @@ FRESHNESS = [
       "(void)age_us;")),
 ]
 
+ARITHMETIC = [
+    ("sum-without-last", "The last term of a sum is left out",
+     (BOX + "channels.c", "k < channel->sum_count;", "k + 1 < channel->sum_count;")),
+    ("constant-ignored", "The constant of a linear term is left out",
+     ("firmware/terms/linear.c", "float sum = weights[linear->inputs.count];", "float sum = 0.0f;")),
+    ("product-origin", "The origin of a product is added",
+     ("firmware/terms/product.c", "* (signal->used - product->origin);", "* (signal->used + product->origin);")),
+    ("lag-too-slow", "Lags are a tenth too slow",
+     ("models/lag.c", "const float h = dt_s / tau_s;", "const float h = 0.9f * dt_s / tau_s;")),
+    ("bank-power", "The lag of a square follows the input itself",
+     (SIGNALS + "bank.c", "cb_power(from, power), cb_power(to, power)}", "from, to}")),
+    ("bank-one-time-constant", "All lags of a bank have its first time constant",
+     (SIGNALS + "bank.c", "cb_lag_step_to(&lag, gains[t], way->to);", "cb_lag_step_to(&lag, gains[0], way->to);")),
+    ("reversal-too-long", "Behind a reversal a curve changes its branch over twice the way",
+     ("models/direction.c", "1.0f - 2.0f * (back / width)", "1.0f - back / width")),
+    ("direction-guessed", "At the start an axis counts as having moved forward",
+     ("models/direction.c", "direction->blend = 0.0f;", "direction->blend = 1.0f;")),
+    ("network-half", "A logistic network lacks half of its output weights",
+     ("models/bpnet.c", "if (logistic) bias = add(bias, folded);", "")),
+    ("lead-half", "The box looks ahead by half of its lead",
+     (SIGNALS + "signals.c", "velocity(ageing, signal, state) * ageing->lead_s;",
+      "velocity(ageing, signal, state) * 0.5f * ageing->lead_s;")),
+    ("velocity-unfiltered", "The velocity of a position is that of the newest two readings",
+     (SIGNALS + "signals.c", "at_once ? measured : velocity + jump * (1.0f / 3.0f);",
+      "at_once ? measured : velocity + jump;")),
+    ("deadband-ignored", "Outputs follow demands within their deadband",
+     (BOX + "channels.c", "<= channel->deadband_um;", "<= 0.0f;")),
+    ("adapt-unbounded", "The bias of an adapted term has no bound",
+     ("models/adapt.c", "cb_clamp(bias, -bias_max, bias_max) - state->bias_um;", "bias - state->bias_um;"),
+     ("models/adapt.c", "cb_clamp(state->bias_um + part * bias_by, -bias_max, bias_max);",
+      "state->bias_um + part * bias_by;"),
+     ("models/adapt.c", "cb_clamp(model_um + (bias_um + gain * model_um), model_um - most, model_um + most);",
+      "(void)most, model_um + (bias_um + gain * model_um);")),
+    ("adapt-gate-open", "Any probe is taken, however far it is from the term",
+     ("models/adapt.c", "return innovation_um * innovation_um <= GATE_SQUARED * s;",
+      "return innovation_um * innovation_um >= 0.0f * s;")),
+    ("adapt-median", "Of three probes that disagree the newest one is taken",
+     ("models/adapt.c", "return cb_max(cb_min(a, b), cb_min(cb_max(a, b), c));", "return (void)a, (void)b, c;")),
+    ("request-missing", "The box never asks for another probe",
+     (BOX + "box.c", "cb_probes_ask(&box->config, box->probes) ? 1u : 0u;",
+      "cb_probes_ask(&box->config, box->probes) ? 0u : 0u;")),
+]
+
 WIRE = [
     ("any-transaction", "A reply to another request is taken for the awaited one",
      (LINUX + "tcp.c", "if (get_u16(tcp->received) == tcp->transaction && tcp->awaiting) return WAIT_FRAME;",
@@ -436,7 +479,7 @@ DAEMONS_WORK = [
       "        cb_flag_raise(&stop->loop->target.stop);")),
 ]
 
-MUTANTS = DEFECTS_OF_THE_PAST + LIMITS + MODES + FRESHNESS + WIRE + TIME + FILES + DAEMONS_WORK
+MUTANTS = DEFECTS_OF_THE_PAST + LIMITS + MODES + FRESHNESS + ARITHMETIC + WIRE + TIME + FILES + DAEMONS_WORK
 
 
 def wrong_with(mutant, text_of):
