@@ -69,10 +69,8 @@ static struct outlook look(const struct cb_adapt *state, float m) {
 static float widened(const struct cb_adapt *state, const struct cb_sigma *own) {
     if (!own || own->model == 0) return state->bias_d;
     if (own->model != state->model)
-        return cb_max(state->bias_d,
-                      bounded_variance(cb_sigma_variance(own), MOST_BIAS_VARIANCE));
-    return bounded_variance(state->bias_d + cb_sigma_change(own, state->place),
-                            MOST_BIAS_VARIANCE);
+        return cb_max(state->bias_d, bounded_variance(cb_sigma_variance(own), MOST_BIAS_VARIANCE));
+    return bounded_variance(state->bias_d + cb_sigma_change(own, state->place), MOST_BIAS_VARIANCE);
 }
 
 void cb_adapt_start(struct cb_adapt *state) {

@@ -46,10 +46,10 @@ struct cb_adapt {
     float pending_um[2];  /* innovations outside of the gate, not yet resolved, the oldest first */
     float pending_h;      /* age of the newest one */
     float place[CB_SIGMA_DIRECTIONS]; /* of the model at the last probe that was taken … */
-    uint32_t model;       /* … and which model (struct cb_sigma); 0: none was, or it states none */
-    float above, below;   /* CUSUM of the normalised innovations of taken probes, >= 0 */
-    uint8_t pending;      /* their number, 0 … 2 */
-    uint8_t asked;        /* 1: a repetition was asked for */
+    uint32_t model;     /* … and which model (struct cb_sigma); 0: none was, or it states none */
+    float above, below; /* CUSUM of the normalised innovations of taken probes, >= 0 */
+    uint8_t pending;    /* their number, 0 … 2 */
+    uint8_t asked;      /* 1: a repetition was asked for */
 };
 
 #ifdef __cplusplus

@@ -148,8 +148,8 @@ static void take(const struct cb_config *config, unsigned term,
         return;
     }
     const struct cb_sigma model = cb_sigma_of(config, outputs->sigma, adapt->output);
-    const enum cb_adapt_outcome outcome = cb_adapt_probe(
-        &adapt->settings, &probe->filter, error.um, outputs->terms[adapt->output], &model);
+    const enum cb_adapt_outcome outcome = cb_adapt_probe(&adapt->settings, &probe->filter, error.um,
+                                                         outputs->terms[adapt->output], &model);
     note(probe, counters, cb_adapt_was_taken(outcome), outcome == CB_ADAPT_ASK);
     states[term].adapted.to_bias_um = probe->filter.bias_um;
     states[term].adapted.to_gain = probe->filter.gain;

@@ -10,8 +10,8 @@ uint8_t cb_columns_value(const struct cb_evaluation *e, const struct cb_term_con
     const uint8_t *const inputs = e->config->links + bank->inputs.link;
     const uint8_t *const sets = cb_bank_sets(e->config, bank);
     struct cb_columns columns = {e->config->pool + linear->pool,
-                              cb_columns_rows(sets, bank->inputs.count) * bank->taus_count,
-                              e->bank->lags + bank->lags};
+                                 cb_columns_rows(sets, bank->inputs.count) * bank->taus_count,
+                                 e->bank->lags + bank->lags};
     const struct cb_training_range *range = cb_ranges_at(e->config, bank->ranges);
     struct cb_training_verdict verdict = CB_NO_VERDICT;
     for (unsigned k = 0; k < term->outputs; ++k)
@@ -23,8 +23,8 @@ uint8_t cb_columns_value(const struct cb_evaluation *e, const struct cb_term_con
             bank->trained ? cb_range_hold(range++, i, signal->used, &verdict) : signal->used;
         for (unsigned power = 1; sets[i] >> (power - 1) != 0; ++power) {
             if (!(sets[i] >> (power - 1) & 1u)) continue;
-            cb_columns_add(&columns, bank, &e->config->signals[inputs[i]], power, cb_power(x, power),
-                    value, term->outputs);
+            cb_columns_add(&columns, bank, &e->config->signals[inputs[i]], power,
+                           cb_power(x, power), value, term->outputs);
         }
     }
     return bank->trained ? cb_range_judge(&verdict, value, term->outputs) : 0;

@@ -41,8 +41,7 @@ static bool check_sums(struct cb_loader *loader, uint32_t at, const struct cb_ba
     const float *const offsets = loader->config->pool + bank->sigma + 2u * bank->outputs;
     for (uint32_t d = 0; d < bank->directions; ++d) {
         const float *const weights = offsets + bank->directions + d * columns;
-        const float most =
-            cb_columns_largest(loader->config, bank, weights) + cb_abs(offsets[d]);
+        const float most = cb_columns_largest(loader->config, bank, weights) + cb_abs(offsets[d]);
         if (!(most <= CB_SIGMA_MOST_PLACE))
             return cb_fail(loader, CB_ERROR_RANGE, cb_list_at(loader, at, d),
                            "between min and max of its signals this sum exceeds 1e9");
@@ -74,8 +73,7 @@ bool cb_sigma_load(struct cb_loader *loader, uint32_t at, uint32_t sigma_at,
     if (!cb_take_pool(loader, at, floats, &bank->sigma)) return false;
     float *const own = config->pool + bank->sigma;
     bank->directions = (uint8_t)directions;
-    for (uint32_t d = 0; d < directions; ++d)
-        own[2 * outputs + d] = loader->scratch->values[d];
+    for (uint32_t d = 0; d < directions; ++d) own[2 * outputs + d] = loader->scratch->values[d];
     if (!read_sigmas(loader, slots[FLOOR], outputs, own) ||
         !read_sigmas(loader, slots[ALONG], outputs, own + outputs) ||
         !cb_read_rows(loader, slots[DIRECTIONS], directions, "offsets", columns,

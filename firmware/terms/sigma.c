@@ -48,8 +48,7 @@ static void add_row(const struct cb_config *config, const struct cb_signal_state
     const struct cb_bank_config *bank = &config->banks[state->bank];
     const uint8_t *const sets = cb_bank_sets(config, bank);
     const uint8_t index = config->links[bank->inputs.link + state->input];
-    const unsigned columns =
-        cb_columns_rows(sets, bank->inputs.count) * (unsigned)bank->taus_count;
+    const unsigned columns = cb_columns_rows(sets, bank->inputs.count) * (unsigned)bank->taus_count;
     struct cb_columns from = {
         offsets_of(config, bank) + bank->directions + state->row * (unsigned)bank->taus_count,
         columns,
@@ -70,8 +69,7 @@ static void add_row(const struct cb_config *config, const struct cb_signal_state
 }
 
 void cb_sigma_step(const struct cb_config *config, const struct cb_signal_state *signals,
-                   const struct cb_bank_state *lags, struct cb_sigma_state *state,
-                   int64_t now_us) {
+                   const struct cb_bank_state *lags, struct cb_sigma_state *state, int64_t now_us) {
     const bool first = !state->begun, ended = state->bank >= config->banks_count;
     if (now_us < state->pass_us) state->pass_us = now_us; /* the clock went back */
     if (ended && !first && now_us - state->pass_us < CB_SIGMA_PASS_US) return;

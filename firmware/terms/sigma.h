@@ -24,10 +24,10 @@ struct cb_sigma_state {
     float place[CB_MAX_BANKS][CB_MAX_DIRECTIONS]; /* of each bank, at the end of its last pass */
     float sum[CB_MAX_DIRECTIONS];                 /* of the bank in work, so far */
     int64_t pass_us;                              /* when this pass began */
-    uint16_t known; /* a bit of each bank: its place was computed */
-    uint16_t row;   /* of the bank in work: the next one … */
-    uint8_t input, power; /* … which is this power of this input */
-    uint8_t bank;         /* in work; banks_count: the pass has ended */
+    uint16_t known;                               /* a bit of each bank: its place was computed */
+    uint16_t row;                                 /* of the bank in work: the next one … */
+    uint8_t input, power;                         /* … which is this power of this input */
+    uint8_t bank;                                 /* in work; banks_count: the pass has ended */
     bool begun;
 };
 _Static_assert(CB_MAX_BANKS <= 16, "a bit of each");

@@ -69,6 +69,7 @@ double own_variance(const error_series &series, std::size_t row, std::size_t bef
                                       : cb_sigma_change(&own, series.own[before].place));
 }
 
+// out: one measurement at each interval, and the first one after each start
 std::vector<measurement> measurements_at(const error_series &series, double interval_s) {
     std::vector<measurement> all;
     probing how;

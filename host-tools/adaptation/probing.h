@@ -61,9 +61,9 @@ struct drift_rates {
 
 // in : intervals_s: 1 or more; sigma_um: of a probe if it is known, else 0
 // out: the rates that maximise the likelihood of the filter's innovations, pooled over probes at
-//      these intervals (prediction error decomposition), beside the model's own sigma. All are then scaled alike, which leaves
-//      the filter's gain as it is, so that 94 to 97 % of the innovations are within two standard
-//      deviations; a given sigma_um stays.
+//      these intervals (prediction error decomposition), beside the model's own sigma. All are then
+//      scaled alike, which leaves the filter's gain as it is, so that 94 to 97 % of the innovations
+//      are within two standard deviations; a given sigma_um stays.
 drift_rates estimate_drift(const error_series &series, const std::vector<double> &intervals_s,
                            double sigma_um);
 

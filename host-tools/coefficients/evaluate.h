@@ -25,7 +25,7 @@ struct evaluation {
     std::vector<adapted_term> adapted;
     std::vector<std::vector<float>> sigma_um;  // of each row: one standard deviation of each output
                                                // of a term that states its own; NaN of the others
-    std::vector<std::string> remarks;  // columns not used, implausible inputs, modes
+    std::vector<std::string> remarks;          // columns not used, implausible inputs, modes
 };
 
 // in : a loaded configuration; samples with time_s (strictly rising) and a column for each signal

@@ -202,8 +202,8 @@ sigma_table sigma_of(const std::string &coefficients, const formats::csv_table &
                                                : samples.values(one.signal);
         const std::size_t own = one.output.empty() ? 0 : column_of(plain, one.output);
         for (std::size_t r = 0; r < plain.rows.size(); ++r) {
-            const double sigma = one.output.empty() ? one.at(places[r])
-                                                    : double{plain.sigma_um[r][own]};
+            const double sigma =
+                one.output.empty() ? one.at(places[r]) : double{plain.sigma_um[r][own]};
             const std::vector<double> rise = rises(plain, raised, r);
             for (std::size_t c = 0; c < table.names.size(); ++c) {
                 table.rows[r][c] += std::pow(sigma * rise[c], 2);

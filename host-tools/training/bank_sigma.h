@@ -13,8 +13,8 @@ namespace compbox::training {
 //   floor_um[k]^2 + sum over the directions of (along_um[k] * (weights * x + offset))^2.
 struct bank_sigma {
     Eigen::VectorXd floor_um, along_um;  // of each output
-    Eigen::MatrixXd weights;                // a direction per row, of the bank's columns
-    Eigen::VectorXd offset;                 // of each direction
+    Eigen::MatrixXd weights;             // a direction per row, of the bank's columns
+    Eigen::VectorXd offset;              // of each direction
 };
 
 // out: true for a bank without zero_at_start, with predictions of runs left out

@@ -5,8 +5,8 @@
   adapt.py --check   exits 1 if it is not what it would write
 
 The filter of the textbook in 50 digits, with a full covariance matrix instead of factors, and the gate and the model's
-own sigma as the headers describe them. The bound of b + (1 + g) m and of sigma is BOUND of the largest number of the case. Probes lie inside
-of the gate, outside, and twice or three times outside; none lies within a thousandth of it."""
+own sigma as the headers describe them. The bound of b + (1 + g) m and of sigma is BOUND of the largest number of the
+case. Probes lie inside of the gate, outside, and twice or three times outside; none lies within a thousandth of it."""
 
 import copy
 import random

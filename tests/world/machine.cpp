@@ -273,11 +273,12 @@ struct draft {
                        {"tau_s", taus},
                        {"weights", json::array({row})},
                        {"bias", json::array({bias})}}}};
-        if (weight > 0) { // its sigma, along the weights and along each column alike
-            term["sigma"] = {{"floor_um", json::array({0.5 + std::fabs(bias)})},
-                             {"along_um", json::array({std::fabs(weight)})},
-                             {"offsets", json::array({-0.5, bias})},
-                             {"directions", json::array({row, std::vector<double>(row.size(), 0.1)})}};
+        if (weight > 0) {  // its sigma, along the weights and along each column alike
+            term["sigma"] = {
+                {"floor_um", json::array({0.5 + std::fabs(bias)})},
+                {"along_um", json::array({std::fabs(weight)})},
+                {"offsets", json::array({-0.5, bias})},
+                {"directions", json::array({row, std::vector<double>(row.size(), 0.1)})}};
         }
         add_term(term);
     }

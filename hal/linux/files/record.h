@@ -41,7 +41,7 @@ struct cb_record {
     size_t used;            /* bytes in the buffer */
     int64_t whole_size;     /* bytes of whole lines in the file */
     size_t header_used;     /* bytes in … */
-    unsigned values; /* of a row */
+    unsigned values;        /* of a row */
     char header[CB_ROW_TEXT];
     char buffer[CB_RECORD_BUFFER];
 };

@@ -24,7 +24,7 @@ void cb_row_take_sigmas(struct cb_row *row, const struct cb_box *box) {
     }
     for (unsigned i = 0; i < config->adapts_count; i++) {
         const unsigned output = config->terms[config->adapts[i]].first_output;
-        row->sigma_um[output] = cb_probe_sigma(config, i, &box->probes[i], &box->sigma,
-                                               box->outputs, box->life.now_us);
+        row->sigma_um[output] =
+            cb_probe_sigma(config, i, &box->probes[i], &box->sigma, box->outputs, box->life.now_us);
     }
 }

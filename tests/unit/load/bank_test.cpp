@@ -140,8 +140,9 @@ const std::string sigma_text =
  "directions": [[1, 2, 3, 4, 5, 6, 7, 8, 9], [9, 8, 7, 6, 5, 4, 3, 2, 1]]})";
 
 std::string sigma_with(const std::string &piece, const std::string &other) {
-    return with(piece, other, with("\"bias\": [0.5, -0.25]}", "\"bias\": [0.5, -0.25]}, " + sigma_text,
-                                   with_bank));
+    return with(
+        piece, other,
+        with("\"bias\": [0.5, -0.25]}", "\"bias\": [0.5, -0.25]}, " + sigma_text, with_bank));
 }
 
 TEST(config_bank, states_its_sigma) {
@@ -153,7 +154,8 @@ TEST(config_bank, states_its_sigma) {
     EXPECT_EQ(b.outputs, 2);
     EXPECT_EQ(b.directions, 2);
     EXPECT_NE(b.model, 0u);
-    const float all[] = {8, 5, 2, 1.5f, -4, 0.5f, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 8, 7, 6, 5, 4, 3, 2, 1};
+    const float all[] = {8, 5, 2, 1.5f, -4, 0.5f, 1, 2, 3, 4, 5, 6,
+                         7, 8, 9, 9,    8,  7,    6, 5, 4, 3, 2, 1};
     for (int i = 0; i < 24; ++i) EXPECT_EQ(c.pool[b.sigma + i], all[i]) << i;
     EXPECT_EQ(c.pool_count, b.sigma + 24);
     EXPECT_EQ(load(with_bank).config->banks[0].model, 0u);

@@ -155,7 +155,7 @@ TEST(adapt, asks_for_a_third_where_two_agree_beyond_its_bounds) {
     EXPECT_EQ(f.probe(1, 0, 0.02f), CB_ADAPT_TAKEN);  // inside of the gate: it alone
     EXPECT_EQ(g.probe(101, 0, 0.02f), CB_ADAPT_MEDIAN);
     EXPECT_NEAR(g.y(0), 5, 1e-3);  // one step towards the bound
-    filter m;  // the gain reaches further where the model does: 30 + 0.5 * 100
+    filter m;                      // the gain reaches further where the model does: 30 + 0.5 * 100
     EXPECT_EQ(m.probe(100, 100), CB_ADAPT_TAKEN);
     m.settings.gain_drift_per_sqrt_h = 0;
     m.state.gain_d = 1e-6f, m.state.u = 0;
@@ -308,8 +308,8 @@ TEST(adapt, resumes_a_stored_state_under_new_bounds_and_starts_anew_from_a_broke
     EXPECT_EQ(f.state.bias_um, 2);
     EXPECT_EQ(f.state.bias_d, good.bias_d);
     const std::vector<float cb_adapt::*> fields = {
-        &cb_adapt::bias_um,    &cb_adapt::gain,    &cb_adapt::bias_d,    &cb_adapt::gain_d,
-        &cb_adapt::u,          &cb_adapt::since_h, &cb_adapt::pending_h, &cb_adapt::innovation_um,
+        &cb_adapt::bias_um,     &cb_adapt::gain,    &cb_adapt::bias_d,    &cb_adapt::gain_d,
+        &cb_adapt::u,           &cb_adapt::since_h, &cb_adapt::pending_h, &cb_adapt::innovation_um,
         &cb_adapt::expected_um, &cb_adapt::above,   &cb_adapt::below};
     cb_adapt fresh;
     cb_adapt_start(&fresh);
@@ -398,8 +398,8 @@ void check_bounds(const filter &f, const cb_adapt &before, cb_adapt_outcome outc
     ASSERT_LE(std::fabs(f.state.gain), s.gain_max);
     ASSERT_GT(f.state.bias_d, 0);
     ASSERT_GT(f.state.gain_d, 0);
-    ASSERT_TRUE(
-        std::isfinite(f.state.bias_d + f.state.gain_d + f.state.u + cb_adapt_sigma(&f.state, 72, nullptr)));
+    ASSERT_TRUE(std::isfinite(f.state.bias_d + f.state.gain_d + f.state.u +
+                              cb_adapt_sigma(&f.state, 72, nullptr)));
     if (!cb_adapt_was_taken(outcome)) {
         ASSERT_EQ(before.bias_um, f.state.bias_um);
         ASSERT_EQ(before.gain, f.state.gain);
