@@ -28,6 +28,18 @@ def adapted(data):
     data["channels"][2]["sum"] = ["EZX", "EZY", "Z_adapted"]
 
 
+def with_sigma(data):
+    """The model states how far it may be off: 3 um at 20 °C, and more away from there."""
+    adapted(data)
+    grow = next(term for term in data["terms"] if term["name"] == "GROW")
+    name = grow["signal"]
+    data["terms"].append({"name": "BANK", "type": "linear",
+                          "bank": {"inputs": [name], "tau_s": [0], "weights": [[0.5]]},
+                          "sigma": {"floor_um": [3], "along_um": [2], "offsets": [-4], "directions": [[0.2]]}})
+    data["terms"][-2]["of"] = "BANK"
+    data["channels"][2]["sum"] = ["EZX", "EZY", "GROW", "Z_adapted"]
+
+
 class Probing:
     """A machine whose Z errs by more than the file says, and its touch probe."""
 
@@ -87,6 +99,23 @@ def test_a_probe_moves_the_axis_and_a_wrong_one_asks_first(plc, port, start_box,
         box.stop()
     done = replayed(tmp_path_factory, tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_models_sigma_is_shown_and_recorded(plc, port, start_box, probing, tmp_path):
+    record = tmp_path / "record.csv"
+    with RawPlc(plc, port), start_box("--snapshot", probing.snapshot, "--record", record, change=with_sigma) as box:
+        plc.wait_mode(ACTIVE)
+        probing.stage.run_for(2)
+        snapshot = json.loads(probing.snapshot.read_text())
+        box.stop()
+    terms = {term["name"]: term["sigma_um"] for term in snapshot["terms"]}
+    value = next(term["value"] for term in snapshot["terms"] if term["name"] == "BANK")  # half the input
+    assert terms["BANK"] == pytest.approx((9 + (2 * (0.4 * value - 4))**2)**0.5, rel=1e-5)
+    assert terms["Z_adapted"] >= terms["BANK"] and terms["EZX"] is None
+    assert terms["Z_adapted"] == snapshot["adapted"][0]["sigma_um"]
+    rows = [line.split(",") for line in record.read_text().splitlines()]
+    assert sorted(name for name in rows[0] if name.startswith("sigma_")) == ["sigma_BANK", "sigma_Z_adapted"]
+    assert float(rows[-1][rows[0].index("sigma_BANK")]) == pytest.approx(terms["BANK"], rel=1e-5)
 
 
 def test_a_restart_goes_on_with_what_was_probed(plc, port, start_box, probing, tmp_path, tmp_path_factory):

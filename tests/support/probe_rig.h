@@ -42,6 +42,13 @@ inline std::string adapted_file(
     return text;
 }
 
+// The model as a bank that states its sigma: T1 of 0 °C is in the middle of what was trained, and
+// each 5 °C one further along.
+inline const std::pair<std::string, std::string> with_sigma = {
+    R"("inputs": ["T1"], "weights": [1]})",
+    R"("bank": {"inputs": ["T1"], "tau_s": [0], "weights": [[1]]},
+  "sigma": {"floor_um": [8], "along_um": [4], "offsets": [0], "directions": [[0.2]]}})"};
+
 struct probe_rig : box_rig {
     uint16_t count = 65534;
 

@@ -204,9 +204,9 @@ TEST(probes, grow_uncertain_with_time) {
 
 // Any stream of values, counts, temperatures, modes and losses: the bound, the output's limit and
 // its slew.
-TEST(probes, no_stream_breaks_a_bound_of_the_box) {
+void send_any_stream(const std::string &text) {
     std::mt19937 random(7);
-    probe_rig rig;
+    probe_rig rig(text);
     const int cycles = compbox_test::long_tests() ? 10000000 : 200000;
     float before = rig.y();
     double out_before = rig.output();
@@ -228,6 +228,9 @@ TEST(probes, no_stream_breaks_a_bound_of_the_box) {
         ASSERT_LE(std::fabs(rig.output()), 200) << i;
         ASSERT_LE(std::fabs(rig.output() - out_before), 500 * 0.06 + 0.011) << i;
         ASSERT_TRUE(std::isfinite(rig.state().filter.bias_d + rig.state().filter.gain_d)) << i;
+        const float sigma = cb_probe_sigma(&rig.box->config, 0, &rig.state(), &rig.box->sigma,
+                                           rig.box->outputs, rig.now_us);
+        ASSERT_TRUE(sigma >= 0 && std::isfinite(sigma)) << i;
         out_before = rig.output();
         before = rig.y();
     }
@@ -235,6 +238,14 @@ TEST(probes, no_stream_breaks_a_bound_of_the_box) {
     EXPECT_GT(rig.state().taken, 20u);
     EXPECT_GT(rig.state().asked, 20u);
     EXPECT_GT(rig.state().refused, 100u);
+}
+
+TEST(probes, no_stream_breaks_a_bound_of_the_box) {
+    send_any_stream(adapted_file());
+}
+
+TEST(probes, no_stream_breaks_a_bound_of_a_model_with_its_own_sigma) {
+    send_any_stream(adapted_file({with_sigma}));
 }
 
 TEST(probes, go_on_after_a_reload_without_a_step) {

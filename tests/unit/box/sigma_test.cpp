@@ -12,12 +12,6 @@ extern "C" {
 namespace compbox {
 namespace {
 
-// T1 of 0 °C is in the middle of what was trained, and each 5 °C one further along.
-const std::pair<std::string, std::string> with_sigma = {
-    R"("inputs": ["T1"], "weights": [1]})",
-    R"("bank": {"inputs": ["T1"], "tau_s": [0], "weights": [[1]]},
-  "sigma": {"floor_um": [8], "along_um": [4], "offsets": [0], "directions": [[0.2]]}})"};
-
 std::string thermal(bool sigma) {
     return sigma ? adapted_file({with_sigma}) : adapted_file();
 }
