@@ -114,6 +114,9 @@ void put_values(writer &out, const json &snapshot) {
     put_list(out, snapshot.at("signals"), "age_ms", 1e-3);
     out.family("term_value", "gauge", "The output of a term in um or urad");
     put_list(out, snapshot.at("terms"), "value");
+    out.family("term_sigma_um", "gauge",
+               "One standard deviation of it, by the term's own statement");
+    put_list(out, snapshot.at("terms"), "sigma_um");
     for (const auto &[key, help] : {std::pair("demand_um", "The negative sum of its terms"),
                                     std::pair("output_um", "What the box writes"),
                                     std::pair("applied_um", "What the PLC reports as applied"),
