@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Measures what a fleet costs the site, for 10, 100 and 1000 simulated machines in compressed time; computes the rest.
-  growth.py [--machines 10,100,1000] [--write PAGE]     three records of each fleet are poisoned"""
+Then broker, bridge and database with the values of as many boxes, at their real pace.
+  growth.py [--machines 10,100,1000] [--write PAGE]     three records of each fleet are poisoned
+  growth.py --traffic …                                 the second part alone; the first part of the page stays"""
 
 import argparse
 import pathlib
@@ -10,12 +12,14 @@ import tempfile
 import threading
 import time
 
-from fleets import POISONED, Plant
+import broker_load
+from broker_load import PERIOD_S, VALUES
+from fleets import POISONED, Plant, cli
 from fleet import links, machines, rollout, site
 from fleet.registry import Registry
 from test_training import scheduler, workers_below
 
-PROBE_S, PERIOD_S, VALUES, BYTES_OF_SAMPLE = 1800, 10, 30, 16
+PROBE_S, BYTES_OF_SAMPLE = 1800, 16
 MESSAGE_BYTES = (194, 2200)  # of `values`: docs/uplink.md
 
 
@@ -150,25 +154,70 @@ TAIL = """
 - The state of a roll-out is one file, written at each change: about half a kilobyte for each machine. With 100 000
   machines this file alone is 50 MB, so roll out by plant or by type.
 - A machine that returned by itself had a residual above its bound in its eight probes; its old model runs on.
-- These runs have no broker and no database. Where one broker ends, bridge brokers by plant: the topics are separate by
-  machine. Where one database ends, use its cluster. For more training use a Dask scheduler or the Slurm array: jobs are
-  independent.
+- These runs use a folder, without broker and database, which have a section of their own. For more training use a Dask
+  scheduler or the Slurm array: jobs are independent.
+"""
+SPAN_S = broker_load.PERIODS * broker_load.PERIOD_S
+TRAFFIC = "## Values through broker and database"
+TRAFFIC_HEAD = f"""
+{TRAFFIC}
+
+`scripts/report fleet-growth --traffic --write` makes this section. Debian's mosquitto and VictoriaMetrics and
+`compbox fleet bridge` run on this computer. Each box sends {VALUES} values every {PERIOD_S} s with QoS 1,
+at a time of its own, for {SPAN_S} s. Processor time is that of each program, until all is in the database.
+
+"""
+
+
+def traffic_of(counts, found):
+    """out: the section about broker and database. in: numbers of boxes, what broker_load.measured() found for them"""
+    columns, last = [*counts, 100_000], found[counts[-1]]
+    scale, names = columns[-1] / counts[-1], [f"{count:,}".replace(",", " ") for count in columns]
+    lines = ["| boxes | " + " | ".join(names) + " |", "|---" * (len(columns) + 1) + "|"]
+    for text, key, factor in (
+            ("samples in the database", "samples", scale), ("lost", "lost", None),
+            ("processor time of mosquitto, s", "broker_s", scale), ("of the bridge, s", "bridge_s", scale),
+            ("of VictoriaMetrics, s", "database_s", scale), ("memory of mosquitto, MB", "broker_mb", None),
+            ("of the bridge, MB", "bridge_mb", None), ("of VictoriaMetrics, MB", "database_mb", None)):
+        cells = [number(found[count][key]) for count in counts]
+        lines.append(f"| {text} | " + " | ".join([*cells, f"*{number(last[key] * factor)}*" if factor else "–"]) + " |")
+    busy = {part: last[part] / SPAN_S for part in ("broker_s", "bridge_s", "database_s")}
+    most = {part: number(counts[-1] / share) if share else "–" for part, share in busy.items()}
+    return TRAFFIC_HEAD + "\n".join(lines) + f"""
+
+- A `values` message has {last["bytes"]} bytes here.
+- mosquitto and the bridge use one processor each. By these figures a processor of this computer is full at
+  *{most["broker_s"]}* boxes in the broker and at *{most["bridge_s"]}* in the bridge, without TLS. Stay at half of it.
+  Then start a broker and a bridge for each plant, and bridge the brokers upward where one place has to see all: topics
+  are separate by machine.
+- VictoriaMetrics fills one processor at *{most["database_s"]}* boxes, and uses all processors of its computer. Beyond
+  one computer its cluster (vminsert, vmstorage, vmselect) takes the same lines: the bridge gets vminsert's address.
 """
 
 
 def main():
     parser = argparse.ArgumentParser(description="what a fleet costs the site")
     parser.add_argument("--machines", default="10,100,1000")
+    parser.add_argument("--traffic", action="store_true")
     parser.add_argument("--write", metavar="PAGE")
     arguments = parser.parse_args()
-    counts, found = [int(one) for one in arguments.machines.split(",")], {}
-    for count in counts:
-        found[count] = measured(count)
-        print(count, found[count], file=sys.stderr, flush=True)
-    text = page_of(counts, found)
+    counts = [int(one) for one in arguments.machines.split(",")]
+    if arguments.traffic and arguments.write:
+        first = pathlib.Path(arguments.write).read_text().split("\n" + TRAFFIC)[0]
+    elif not arguments.traffic:
+        first = HEAD + page_of(counts, each(measured, counts)) + TAIL
+    second = traffic_of(counts, each(lambda count: broker_load.measured(count, cli.BIN / "compbox"), counts))
     if arguments.write:
-        pathlib.Path(arguments.write).write_text(HEAD + text + TAIL)
-    print(text, end="")
+        pathlib.Path(arguments.write).write_text(first + second)
+    print(second if arguments.traffic else first + second, end="")
+
+
+def each(measure, counts):
+    found = {}
+    for count in counts:
+        found[count] = measure(count)
+        print(count, found[count], file=sys.stderr, flush=True)
+    return found
 
 
 if __name__ == "__main__":
