@@ -101,7 +101,9 @@ bool cb_plc_read(const struct cb_config *config, struct cb_plc_state *state,
     const uint16_t control = in->registers[plc->control];
     state->reset_edge = (control & CB_CONTROL_RESET) && !(state->control & CB_CONTROL_RESET);
     state->control = control;
-    take_heartbeat(state, in->registers[plc->plc_heartbeat], !state->readable, in->read_us);
+    /* behind a silence nobody knows when it changed, and the program may stand */
+    const bool first = !cb_plc_readable(config, state, in->read_us);
+    take_heartbeat(state, in->registers[plc->plc_heartbeat], first, in->read_us);
     if (plc->has_handshake) take_handshake(state, counters, in->registers[plc->handshake]);
     state->readable = true;
     state->read_us = in->read_us;

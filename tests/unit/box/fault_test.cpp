@@ -77,6 +77,23 @@ TEST(box_fault, a_frozen_heartbeat_is_a_loss_after_its_timeout) {
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
 }
 
+TEST(box_fault, a_heartbeat_behind_a_silence_is_no_beat) {
+    running_rig rig;
+    rig.reading = false;
+    rig.steps(100);
+    rig.reading = true;
+    rig.control(1 | 2 | 8);  // permit resume
+    rig.heartbeat += 1000;   // the PLC went on meanwhile, and then its program stopped
+    rig.beating = false;
+    for (int n = 0; n < 20; ++n) {
+        rig.step();
+        EXPECT_NE(rig.mode(), CB_MODE_ACTIVE);
+    }
+    rig.beating = true;
+    rig.steps(3);
+    EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+}
+
 // A PLC whose server goes on, whatever its program does. It may take a write without an answer
 // behind a later one for at least cb_limiter_late_us().
 struct server_rig : running_rig {
