@@ -122,6 +122,8 @@ class slew_invariant : public invariant {
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             if (facts.channels[c].has_applied || refused_ || draws(of_, fault_kind::foreign))
                 block.um[c] = before_ ? before_->um[c] : std::nan("");  // no step from or to it
+            if (refused_ || draws(of_, fault_kind::foreign))            // no `applied` has a slope
+                block.slope[c] = before_ ? before_->slope[c] : std::nan("");
         }
     }
     static double period_s(const machine &facts) {
