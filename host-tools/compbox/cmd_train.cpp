@@ -161,7 +161,7 @@ void check_usage(const train_arguments &arguments) {
     if (arguments.options.hidden == 0 && arguments.no_linear_path) {
         throw cli::usage_error("--no-linear-path", "leaves nothing beside --hidden 0");
     }
-    if (arguments.options.way == training::optimiser::levenberg_marquardt &&
+    if (arguments.options.way == regression::optimiser::levenberg_marquardt &&
         arguments.options.regularise != training::regularisation::evidence) {
         throw cli::usage_error("--optimiser",
                                "levenberg-marquardt needs --regularise evidence: leaving out "
@@ -280,8 +280,8 @@ void add_network(cli::command &train, train_arguments &arguments) {
         .add_option("--hidden-inputs C,D", options.hidden_inputs,
                     "What the hidden layer sees (all); the others go to the linear path alone")
         .delimiter(',');
-    const std::map<std::string, training::activation> kinds = {
-        {"tansig", training::activation::tansig}, {"logsig", training::activation::logsig}};
+    const std::map<std::string, regression::activation> kinds = {
+        {"tansig", regression::activation::tansig}, {"logsig", regression::activation::logsig}};
     train.add_choice("--activation F", options.kind, kinds, "tansig (default) or logsig");
     train.add_flag("--no-linear-path", arguments.no_linear_path,
                    "Network without the linear path beside its hidden layer");
@@ -301,9 +301,9 @@ void add_network(cli::command &train, train_arguments &arguments) {
 // Options of the optimiser.
 void add_search(cli::command &train, train_arguments &arguments) {
     training::train_options &options = arguments.options;
-    const std::map<std::string, training::optimiser> optimisers = {
-        {"l-bfgs", training::optimiser::lbfgs},
-        {"levenberg-marquardt", training::optimiser::levenberg_marquardt}};
+    const std::map<std::string, regression::optimiser> optimisers = {
+        {"l-bfgs", regression::optimiser::lbfgs},
+        {"levenberg-marquardt", regression::optimiser::levenberg_marquardt}};
     train.add_choice("--optimiser WAY", options.way, optimisers,
                      "l-bfgs (default), or levenberg-marquardt for a small network on data almost "
                      "without noise, with --regularise evidence");

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/training/gain.h"
+#include "host-tools/regression/gain.h"
 #include "host-tools/training/select_inputs.h"
 #include "host-tools/training/shrinkage.h"
 
@@ -162,7 +162,7 @@ void prepare_options(train_result &result) {
         result.tau_s = result.prior->space.tau_s;
         check_prior(options.priors->file, result.prior->space, data);
     }
-    if (options.zero_at_start) data.y = from_starts(data.y, starts_of(data.run));
+    if (options.zero_at_start) data.y = regression::from_starts(data.y, starts_of(data.run));
 }
 
 void hold_test_rows(train_result &result) {
@@ -190,12 +190,12 @@ void hold_test_rows(train_result &result) {
     result.test_held = all.x(rows, Eigen::all);
 }
 
-row_folds bank_folds(const train_result &result) {
+regression::row_folds bank_folds(const train_result &result) {
     std::vector<std::size_t> runs;
     for (const std::size_t run : result.learn.run) {
         runs.push_back(result.data.together.empty() ? run : result.data.together[run]);
     }
-    row_folds folds = folds_of(runs);
+    regression::row_folds folds = regression::folds_of(runs);
     if (folds.usable()) return folds;
     if (result.options.zero_at_start) {
         throw input_error(result.data.file, 0, 0,
@@ -205,20 +205,21 @@ row_folds bank_folds(const train_result &result) {
     for (std::size_t r = 0; r < runs.size(); ++r) {
         folds.fold[r] = result.learn.source[r] * six_parts / result.data.rows();
     }
-    return folds_of(folds.fold);
+    return regression::folds_of(folds.fold);
 }
 
-averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
-                          const row_folds &folds) {
+regression::averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x,
+                                      const Eigen::MatrixXd &t,
+                                      const regression::row_folds &folds) {
     const std::vector<Eigen::Index> starts =
         result.options.zero_at_start ? starts_of(result.learn.run) : std::vector<Eigen::Index>{};
-    averaged_map mean =
-        average_maps(x, t, folds, bank_members(result.inputs), starts, result.options.threads);
+    regression::averaged_map mean = regression::average_maps(
+        x, t, folds, bank_members(result.inputs), starts, result.options.threads);
     if (result.prior == nullptr) return mean;
     const bool twice = result.options.starts_of_lags == lag_starts::both;
     const double rows = static_cast<double>(t.rows()) / (twice ? 2.0 : 1.0);
     for (Eigen::Index k = 0; k < t.cols(); ++k) {
-        const linear_map own{mean.map.weights.col(k), mean.map.offset.segment(k, 1)};
+        const regression::linear_map own{mean.map.weights.col(k), mean.map.offset.segment(k, 1)};
         const double alike = rows_alike(mean.left_out.col(k) - t.col(k), result.learn.run);
         const drawn_map drawn = draw_to(scaled_spread(result, k), own, mean.left_out.col(k),
                                         rows / alike, x, t.col(k), folds, starts);
@@ -244,7 +245,7 @@ train_result best_of(train_result bank, const network_trainer &train_network,
         const Eigen::ArrayXd of_bank = squares_of(network, bank.linear, k);
         const Eigen::ArrayXd of_network = squares_of(network, network.network, k);
         better.push_back(network.network_better[static_cast<std::size_t>(k)] &&
-                         is_clear_gain(of_bank, of_network));
+                         regression::is_clear_gain(of_bank, of_network));
         worse = worse || (!better.back() && of_network.mean() > of_bank.mean());
     }
     const bool any = std::find(better.begin(), better.end(), true) != better.end();

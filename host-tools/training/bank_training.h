@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "host-tools/training/averaging.h"
+#include "host-tools/regression/averaging.h"
 #include "host-tools/training/bank.h"
 #include "host-tools/training/train.h"
 
@@ -22,13 +22,13 @@ void hold_test_rows(train_result &result);
 
 // out: folds of whole runs, those of training_data::together in one; with fewer than three of them
 //      six equal parts of the rows
-row_folds bank_folds(const train_result &result);
+regression::row_folds bank_folds(const train_result &result);
 
 // in : x, t: scaled rows of result.learn
 // out: the mean of maps over the parts of the bank's inputs; with a prior each output is drawn to
 //      its brothers, and result.drawn is how
-averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
-                          const row_folds &folds);
+regression::averaged_map average_bank(train_result &result, const Eigen::MatrixXd &x,
+                                      const Eigen::MatrixXd &t, const regression::row_folds &folds);
 
 using network_trainer = std::function<train_result(const training_data &, const train_options &)>;
 

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "host-tools/formats/error.h"
-#include "host-tools/training/elimination.h"
-#include "host-tools/training/parallel.h"
+#include "host-tools/regression/elimination.h"
+#include "host-tools/regression/parallel.h"
 
 namespace compbox::training {
 
@@ -112,7 +112,7 @@ class departure {
     //      and the residuals without it
     std::pair<std::size_t, checked_choice> best_to_leave() const {
         std::vector<std::pair<std::size_t, checked_choice>> tries(chosen_.size());
-        run_parallel(tries.size(), threads(), [&](std::size_t i) {
+        regression::run_parallel(tries.size(), threads(), [&](std::size_t i) {
             tries[i] = {i, judged_by(map_->residuals_without(columns_of(chosen_[i])), chosen_[i])};
         });
         std::stable_sort(tries.begin(), tries.end(), [](const auto &a, const auto &b) {
@@ -137,7 +137,7 @@ class departure {
     std::pair<std::size_t, checked_choice> best_with_own_decay(
         std::vector<std::pair<std::size_t, checked_choice>> tries) const {
         tries.resize(std::min<std::size_t>(tries.size(), 8));
-        run_parallel(tries.size(), threads(), [&](std::size_t i) {
+        regression::run_parallel(tries.size(), threads(), [&](std::size_t i) {
             std::vector<std::size_t> without = chosen_;
             without.erase(without.begin() + static_cast<std::ptrdiff_t>(tries[i].first));
             tries[i].second = check(result_, without);
@@ -157,7 +157,7 @@ class departure {
         };
         const double decay = std::exp(trained_.linear_decay.array().log().mean());
         map_.emplace(scaled(trained_.learn.x, in), scaled(trained_.learn.y, out),
-                     folds_of(trained_.learn.run), decay, threads());
+                     regression::folds_of(trained_.learn.run), decay, threads());
     }
 
     // out: the inputs of the map that are made of a candidate
@@ -193,7 +193,7 @@ class departure {
     const selection &result_;
     std::vector<std::size_t> chosen_;
     train_result trained_;
-    std::optional<elimination> map_;
+    std::optional<regression::elimination> map_;
     std::size_t prepared_ = 0;  // candidates at the last choice of the decay
 };
 
@@ -251,10 +251,10 @@ selection select_inputs(const training_data &data, const select_options &options
                           result.candidates, options.count);
     }
     const auto n = static_cast<Eigen::Index>(result.candidates);
-    const Eigen::MatrixXd similarity = similarity_of(data.x.leftCols(n));
+    const Eigen::MatrixXd similarity = regression::similarity_of(data.x.leftCols(n));
     result.clusters = options.method == cluster_method::c_means
-                          ? fuzzy_c_means(similarity, options.count)
-                          : transitive_closure(similarity, options.count);
+                          ? regression::fuzzy_c_means(similarity, options.count)
+                          : regression::transitive_closure(similarity, options.count);
     result.grades.resize(n, data.y.cols());
     for (Eigen::Index k = 0; k < data.y.cols(); ++k) {
         result.grades.col(k) = grey_grades(data.x.leftCols(n), data.y.col(k));

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "host-tools/formats/json_type.h"
-#include "host-tools/training/clusters.h"
+#include "host-tools/regression/clusters.h"
 #include "host-tools/training/dataset.h"
 #include "host-tools/training/train.h"
 
@@ -38,7 +38,7 @@ struct selection {
     select_options options;
     training_data data;  // inputs: candidates, then those of `keep`
     std::size_t candidates = 0;
-    clustering clusters;
+    regression::clustering clusters;
     Eigen::MatrixXd grades;              // candidates by outputs: grey relational grade, 0 … 1
     std::vector<double> grade;           // mean over the outputs
     std::vector<std::size_t> chosen;     // candidates, in their order

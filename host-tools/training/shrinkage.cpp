@@ -39,21 +39,22 @@ std::array<double, 3> best_mix(const Eigen::Matrix3d &square, double doubt) {
     return best;
 }
 
-drawn_map draw_to(const weight_spread &spread, const linear_map &own,
+drawn_map draw_to(const weight_spread &spread, const regression::linear_map &own,
                   const Eigen::VectorXd &own_left_out, double rows, const Eigen::MatrixXd &x,
-                  const Eigen::VectorXd &t, const row_folds &folds,
+                  const Eigen::VectorXd &t, const regression::row_folds &folds,
                   const std::vector<Eigen::Index> &starts) {
     const auto counted = [&](const Eigen::MatrixXd &values) -> Eigen::MatrixXd {
-        return starts.empty() ? values : from_starts(values, starts);
+        return starts.empty() ? values : regression::from_starts(values, starts);
     };
     const Eigen::VectorXd wanted = counted(t), by_mean = x * spread.mean;
     const double noise = (own_left_out - wanted).squaredNorm() / static_cast<double>(t.size());
     std::vector<Eigen::Index> all(static_cast<std::size_t>(spread.factor.cols()));
     std::iota(all.begin(), all.end(), 0);
     const auto with = [&](double decay) {
-        return average_maps(x * spread.factor, t - by_mean, folds, {all}, starts, 1, decay);
+        return regression::average_maps(x * spread.factor, t - by_mean, folds, {all}, starts, 1,
+                                        decay);
     };
-    const averaged_map mean = with(nothing_but_the_mean), shrunk = with(noise / rows);
+    const regression::averaged_map mean = with(nothing_but_the_mean), shrunk = with(noise / rows);
     Eigen::MatrixXd predicted(t.size(), 3);
     predicted << own_left_out, counted(by_mean) + mean.left_out, counted(by_mean) + shrunk.left_out;
     const Eigen::MatrixXd off = predicted.colwise() - wanted;

@@ -6,13 +6,13 @@
 #include <array>
 #include <vector>
 
-#include "host-tools/training/averaging.h"
+#include "host-tools/regression/averaging.h"
 #include "host-tools/training/prior.h"
 
 namespace compbox::training {
 
 struct drawn_map {
-    linear_map map;  // of one output
+    regression::linear_map map;  // of one output
     Eigen::VectorXd left_out;
     std::array<double, 3> share;  // of the own map, the brothers' mean, the shrunk map; sum 1
 };
@@ -25,9 +25,9 @@ struct drawn_map {
 //      probable map given both. It leaves least (mean square) of the folds left out, where the
 //      first two have to gain a standard error. If three quarters of it are the own map, that is
 //      all of it: then the machine is no brother
-drawn_map draw_to(const weight_spread &spread, const linear_map &own,
+drawn_map draw_to(const weight_spread &spread, const regression::linear_map &own,
                   const Eigen::VectorXd &own_left_out, double rows, const Eigen::MatrixXd &x,
-                  const Eigen::VectorXd &t, const row_folds &folds,
+                  const Eigen::VectorXd &t, const regression::row_folds &folds,
                   const std::vector<Eigen::Index> &starts);
 
 // in : square: products of the residuals of three models; symmetric, not negative; doubt >= 0

@@ -28,7 +28,7 @@ Eigen::Index plain_input(const train_result &result, std::size_t column) {
 // several positions the last part has no weight of its own, so the slope counts its input from 0.
 plain_linear linear_without_slopes(const train_result &result) {
     const trained_model &model = result.chosen;
-    const network_parts<const double> net(model.shape, model.parameters.data());
+    const regression::network_parts<const double> net(model.shape, model.parameters.data());
     const auto plain = static_cast<Eigen::Index>(result.plain_inputs());
     plain_linear all;
     all.bias = net.bias2;
@@ -64,7 +64,7 @@ std::string positions_of(const train_result &result, const model_input &slope) {
 // out: the contribution of each slope, in the order of the inputs
 std::vector<slope_gain> slope_gains(const train_result &result) {
     const trained_model &model = result.chosen;
-    const network_parts<const double> net(model.shape, model.parameters.data());
+    const regression::network_parts<const double> net(model.shape, model.parameters.data());
     std::vector<slope_gain> gains;
     for (std::size_t i = 0; i < result.inputs.size(); ++i) {
         const model_input &slope = result.inputs[i];

@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "host-tools/formats/error.h"
+#include "host-tools/regression/network_training.h"
 #include "host-tools/training/bank_training.h"
-#include "host-tools/training/network_training.h"
 #include "host-tools/training/slopes.h"
 #include "host-tools/training/verdict.h"
 
@@ -224,7 +224,7 @@ void judge(judged_model &judged, const train_result &result, const Eigen::Matrix
     judged.left_out_predictions = unscaled(out, left_out);
     if (result.options.zero_at_start) {
         judged.left_out_predictions =
-            from_starts(judged.left_out_predictions, starts_of(result.learn.run));
+            regression::from_starts(judged.left_out_predictions, starts_of(result.learn.run));
     }
     judged.left_out = residuals_of(judged.left_out_predictions, result.learn.y);
 }
@@ -232,15 +232,15 @@ void judge(judged_model &judged, const train_result &result, const Eigen::Matrix
 // All data in the network's scaled units.
 struct scaled_rows {
     Eigen::MatrixXd x, t;
-    row_folds folds;
+    regression::row_folds folds;
 };
 
 // out: a linear map in scaled units as a model with its parameters in float32
-void take_map(train_result &result, const linear_map &map) {
+void take_map(train_result &result, const regression::linear_map &map) {
     trained_model &model = result.linear.model;
     model.shape = {map.weights.rows(), 0, map.weights.cols(), true, result.options.kind};
     model.parameters = Eigen::VectorXd::Zero(model.shape.count());
-    network_parts<double> parts(model.shape, model.parameters.data());
+    regression::network_parts<double> parts(model.shape, model.parameters.data());
     parts.linear = map.weights.transpose();
     parts.bias2 = map.offset;
     model.parameters = rounded(model.parameters);
@@ -248,7 +248,7 @@ void take_map(train_result &result, const linear_map &map) {
 
 // out: as train_linear, of the mean of maps over the bank's inputs
 void train_averaged(train_result &result, const scaled_rows &rows) {
-    const averaged_map mean = average_bank(result, rows.x, rows.t, rows.folds);
+    const regression::averaged_map mean = average_bank(result, rows.x, rows.t, rows.folds);
     const Eigen::MatrixXd logs = mean.decay.array().log().matrix();
     result.linear_decay = logs.cwiseProduct(mean.share).colwise().sum().array().exp();
     take_map(result, mean.map);
@@ -258,10 +258,11 @@ void train_averaged(train_result &result, const scaled_rows &rows) {
 // in : scaled rows; folds or evidence by result.by_folds
 // out: result.linear, linear_decay and, with folds, the predictions of left-out rows
 void train_linear(train_result &result, const scaled_rows &rows) {
-    const ridge_solver solver(rows.x, rows.t);
+    const regression::ridge_solver solver(rows.x, rows.t);
     Eigen::MatrixXd left_out;
     if (result.by_folds) {
-        const ridge_choice choice = choose_by_folds(rows.x, rows.t, rows.folds);
+        const regression::ridge_choice choice =
+            regression::choose_by_folds(rows.x, rows.t, rows.folds);
         result.linear_decay = choice.decay;
         left_out = choice.left_out;
     } else {
@@ -292,10 +293,10 @@ std::vector<Eigen::Index> thinned(Eigen::Index rows, int most) {
 
 // in : some: indices of the rows in use
 // out: the task with these rows and the user's options
-network_task task_of(const train_result &result, const scaled_rows &rows,
-                     const std::vector<Eigen::Index> &some) {
+regression::network_task task_of(const train_result &result, const scaled_rows &rows,
+                                 const std::vector<Eigen::Index> &some) {
     const train_options &options = result.options;
-    network_task task;
+    regression::network_task task;
     task.shape = {rows.x.cols(),       options.hidden, rows.t.cols(),
                   options.linear_path, options.kind,   result.unseen};
     task.x = rows.x(some, Eigen::all);
@@ -315,10 +316,10 @@ network_task task_of(const train_result &result, const scaled_rows &rows,
 // out: result.network with its parameters in float32, and the figures of its training
 void train_network(train_result &result, const scaled_rows &rows) {
     const auto some = thinned(rows.x.rows(), result.options.max_rows);
-    const network_task task = task_of(result, rows, some);
-    const trained_network trained = result.by_folds
-                                        ? train_by_folds(task, result.linear_decay)
-                                        : train_by_evidence(task, result.linear_decay[0]);
+    const regression::network_task task = task_of(result, rows, some);
+    const regression::trained_network trained =
+        result.by_folds ? regression::train_by_folds(task, result.linear_decay)
+                        : regression::train_by_evidence(task, result.linear_decay[0]);
     trained_model &model = result.network.model;
     model.shape = task.shape;
     model.parameters = rounded(trained.parameters);
@@ -340,7 +341,7 @@ void train_network(train_result &result, const scaled_rows &rows) {
 
 Eigen::MatrixXd trained_model::predict(const Eigen::MatrixXd &x) const {
     const Eigen::MatrixXd n = scaled(in, x).transpose();
-    return unscaled(out, compbox::training::predict(shape, parameters, n).transpose());
+    return unscaled(out, regression::predict(shape, parameters, n).transpose());
 }
 
 Eigen::MatrixXd trained_range::held(const Eigen::MatrixXd &x) const {
@@ -366,7 +367,8 @@ bool train_result::any_network() const {
 Eigen::MatrixXd train_result::predict(const trained_model &model, const Eigen::MatrixXd &x,
                                       const model_rows &of) const {
     const Eigen::MatrixXd predicted = model.predict(x);
-    return options.zero_at_start ? from_starts(predicted, starts_of(of.run)) : predicted;
+    return options.zero_at_start ? regression::from_starts(predicted, starts_of(of.run))
+                                 : predicted;
 }
 
 namespace {
@@ -401,7 +403,7 @@ train_result train_one(const training_data &data, const train_options &options) 
     const bool bank_runs = options.bank || options.beside_bank;
     const scaled_rows rows{scaled(result.linear.model.in, result.learn.x),
                            scaled(result.linear.model.out, result.learn.y),
-                           bank_runs ? bank_folds(result) : folds_of(result.learn.run)};
+                           bank_runs ? bank_folds(result) : regression::folds_of(result.learn.run)};
     result.by_folds = bank_runs || options.regularise == regularisation::folds ||
                       (options.regularise == regularisation::automatic && rows.folds.usable());
     if (result.by_folds && !rows.folds.usable()) {

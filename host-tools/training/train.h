@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "host-tools/formats/json_type.h"
+#include "host-tools/regression/network.h"
+#include "host-tools/regression/optimise.h"
 #include "host-tools/training/dataset.h"
 #include "host-tools/training/lagged.h"
-#include "host-tools/training/network.h"
-#include "host-tools/training/optimise.h"
 #include "host-tools/training/prior.h"
 
 namespace compbox::training {
@@ -41,14 +41,14 @@ struct train_options {
     std::vector<std::string> hold_out;       // names of runs for the final judgement only, never
                                              // for training
     int hidden = 10;                         // 0: the linear map alone
-    activation kind = activation::tansig;
+    regression::activation kind = regression::activation::tansig;
     bool linear_path = true;
     bool keep_network = false;    // use it even if the linear map is better
     bool accept_worse = false;    // write a model that is worse than no compensation, too
     bool for_comparison = false;  // of any size, because no box gets it, and never refused
     regularisation regularise = regularisation::automatic;  // folds if there are three runs or more
-    optimiser way = optimiser::lbfgs;                       // Levenberg-Marquardt: with evidence
-                                                            // only
+    regression::optimiser way = regression::optimiser::lbfgs;  // Levenberg-Marquardt: with evidence
+                                                               // only
     int starts = 5;
     std::uint64_t seed = 1;
     int threads = 0;
@@ -66,8 +66,8 @@ struct scaling {
 };
 
 struct trained_model {
-    network_shape shape;         // hidden 0: linear
-    Eigen::VectorXd parameters;  // rounded to float32
+    regression::network_shape shape;  // hidden 0: linear
+    Eigen::VectorXd parameters;       // rounded to float32
     scaling in, out;
     // in: x, one sample per row. out: one prediction per row
     Eigen::MatrixXd predict(const Eigen::MatrixXd &x) const;

@@ -62,14 +62,15 @@ void add_empty_layer(json &term, Eigen::Index inputs, Eigen::Index outputs) {
 
 // Inputs that the hidden layer does not use get weight zero.
 void add_layers(json &term, const trained_model &model, const plain_linear &linear) {
-    const network_parts<const double> net(model.shape, model.parameters.data());
+    const regression::network_parts<const double> net(model.shape, model.parameters.data());
     const Eigen::Index inputs = linear.weights.cols();
     if (model.shape.hidden == 0) {
         add_empty_layer(term, inputs, model.shape.outputs);
     } else {
         Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(model.shape.hidden, inputs);
         weights.leftCols(model.shape.seen()) = net.weight1;
-        term["activation"] = model.shape.kind == activation::tansig ? "tansig" : "logsig";
+        term["activation"] =
+            model.shape.kind == regression::activation::tansig ? "tansig" : "logsig";
         term["hidden_weights"] = rows(weights);
         term["hidden_bias"] = numbers(net.bias1);
         term["output_weights"] = rows(net.weight2);
@@ -100,7 +101,7 @@ json term_of(const train_result &result) {
 
 // Each output's weights in its unit per unit of the columns, and its bias, from the scaled map.
 void add_weights(json &bank, const trained_model &model) {
-    const network_parts<const double> net(model.shape, model.parameters.data());
+    const regression::network_parts<const double> net(model.shape, model.parameters.data());
     for (Eigen::Index k = 0; k < model.shape.outputs; ++k) {
         const Eigen::RowVectorXd weights =
             model.out.scale[k] * net.linear.row(k) * model.in.scale.cwiseInverse().asDiagonal();
@@ -305,7 +306,7 @@ json findings_of(const train_result &result) {
         network["hidden"] = result.options.hidden;
         network["rows"] = result.network_rows.size();
         network["optimiser"] =
-            result.options.way == optimiser::lbfgs ? "l-bfgs" : "levenberg-marquardt";
+            result.options.way == regression::optimiser::lbfgs ? "l-bfgs" : "levenberg-marquardt";
         network["decay"] = formats::five_digits(result.network_decay);
         network["iterations"] = result.network_iterations;
         network["loss"] = formats::five_digits(result.network_loss);

@@ -8,7 +8,7 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
-#include "host-tools/training/gain.h"
+#include "host-tools/regression/gain.h"
 
 namespace compbox::training {
 
@@ -53,8 +53,8 @@ bool clear_gain(const train_result &result, std::size_t output) {
     const Eigen::VectorXd linear =
         result.linear.left_out_predictions(result.network_rows, at(output));
     const Eigen::VectorXd network = result.network.left_out_predictions.col(at(output));
-    return is_clear_gain(square_of_runs(result, linear - measured),
-                         square_of_runs(result, network - measured));
+    return regression::is_clear_gain(square_of_runs(result, linear - measured),
+                                     square_of_runs(result, network - measured));
 }
 
 std::vector<bool> better_outputs(const train_result &result) {
@@ -86,8 +86,8 @@ trained_model joined(const train_result &result) {
     const Eigen::Index more = both.shape.count() - network.parameters.size();
     both.parameters.resize(both.shape.count());
     both.parameters << network.parameters, Eigen::VectorXd::Zero(more);
-    network_parts<double> to(both.shape, both.parameters.data());
-    const network_parts<const double> from(linear.shape, linear.parameters.data());
+    regression::network_parts<double> to(both.shape, both.parameters.data());
+    const regression::network_parts<const double> from(linear.shape, linear.parameters.data());
     for (std::size_t k = 0; k < result.network_better.size(); ++k) {
         if (result.network_better[k]) continue;
         to.weight2.row(at(k)).setZero();

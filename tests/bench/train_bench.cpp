@@ -9,8 +9,8 @@
 #include <fstream>
 #include <string>
 
-#include "host-tools/training/network.h"
-#include "host-tools/training/optimise.h"
+#include "host-tools/regression/network.h"
+#include "host-tools/regression/optimise.h"
 
 namespace {
 
@@ -29,33 +29,33 @@ Eigen::MatrixXd read_rows(const char *path, Eigen::Index columns) {
 int main(int argc, char **argv) {
     if (argc != 9) return 2;
     const Eigen::Index inputs = std::atoi(argv[6]), outputs = std::atoi(argv[8]);
-    const compbox::training::network_shape shape{inputs, std::atoi(argv[7]), outputs, false,
-                                                 compbox::training::activation::tansig};
+    const compbox::regression::network_shape shape{inputs, std::atoi(argv[7]), outputs, false,
+                                                   compbox::regression::activation::tansig};
     const Eigen::MatrixXd rows = read_rows(argv[1], inputs + outputs);
     const Eigen::MatrixXd x = rows.topRows(inputs), t = rows.bottomRows(outputs);
     const double wanted = std::atof(argv[2]);
     const Eigen::VectorXd start =
-        compbox::training::random_start(shape, std::strtoull(argv[3], nullptr, 10));
+        compbox::regression::random_start(shape, std::strtoull(argv[3], nullptr, 10));
     std::ofstream(argv[4], std::ios::binary)
         .write(reinterpret_cast<const char *>(start.data()),
                static_cast<std::streamsize>(sizeof(double)) * start.size());
     const bool squares = std::string(argv[5]) == "lm";
     int evaluations = 0;
-    compbox::training::network_loss loss(shape, x, t, {0.0, 0.0, {}});
+    compbox::regression::network_loss loss(shape, x, t, {0.0, 0.0, {}});
     Eigen::VectorXd point = start;
-    compbox::training::optimise_options options;
+    compbox::regression::optimise_options options;
     options.max_iterations = squares ? 100 : 20000;
     options.least_decrease = 0.0;
     options.after = [&](int, double value, const Eigen::VectorXd &) { return value > wanted; };
     const auto began = std::chrono::steady_clock::now();
-    const compbox::training::optimise_result result =
-        squares ? compbox::training::minimise_squares(
+    const compbox::regression::optimise_result result =
+        squares ? compbox::regression::minimise_squares(
                       [&](const double *p, double *r, double *j) {
                           ++evaluations;
                           loss.residuals(p, r, j);
                       },
                       loss.residual_count(), point, options)
-                : compbox::training::minimise(
+                : compbox::regression::minimise(
                       [&](const double *p, double *g) {
                           ++evaluations;
                           return loss(p, g);

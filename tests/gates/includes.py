@@ -38,9 +38,10 @@ host-tools/metrology      : formats
 host-tools/identification : formats algebra
 host-tools/fitting        : models base formats algebra metrology
 host-tools/test_report    : models base formats algebra metrology fitting
-host-tools/training       : formats algebra
-host-tools/adaptation     : models formats algebra training
-host-tools/sensors        : formats algebra training
+host-tools/regression     : algebra
+host-tools/training       : formats algebra regression
+host-tools/adaptation     : models formats algebra regression training
+host-tools/sensors        : formats algebra regression training
 host-tools/twin           : formats
 host-tools/fakeplc        : formats twin
 host-tools/coefficients   : models base wire config json signals terms box load formats algebra metrology \
@@ -59,7 +60,7 @@ host-tools/watch          : formats command_line box_files
 host-tools/signing        : hal/linux formats
 host-tools/compbox/live   : models base wire config formats command_line fakeplc plc commission watch
 host-tools/compbox        : models base wire config json signals terms box load formats command_line algebra \
-    metrology identification fitting test_report training adaptation sensors twin fakeplc coefficients export \
+    metrology identification fitting test_report regression training adaptation sensors twin fakeplc coefficients export \
     simulation signing compbox/live
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
@@ -72,7 +73,7 @@ LIGHT = {"host-tools/command_line/*.h": ["<%s>" % name for name in (
     "functional", "initializer_list", "iosfwd", "map", "memory", "optional", "stdexcept", "string", "type_traits",
     "utility", "vector")]}
 # Libraries that one folder alone sees, behind a narrow header of its own.
-ALONE = {"<CLI/*": "host-tools/command_line/*", "<ceres/*": "host-tools/training/ceres/*",
+ALONE = {"<CLI/*": "host-tools/command_line/*", "<ceres/*": "host-tools/regression/ceres/*",
          "<modbus*": "*/libmodbus.c*", "<mosquitto*": "host-tools/uplink/broker.cpp",
          "<sodium*": "*/signature.c*",
          "<microhttpd*": "host-tools/view/server.cpp"}

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/training/averaging.h"
+#include "host-tools/regression/averaging.h"
 #include "host-tools/training/parts.h"
 #include "host-tools/training/train.h"
 
@@ -99,33 +99,35 @@ TEST(TrainedBank, members_are_parts_with_every_input_unlagged) {
 TEST(Averaging, one_member_is_a_ridge_map) {
     const training_data data = machine(4, 2);
     const Eigen::MatrixXd x = 0.1 * (data.x.array() - 20.0), t = 0.2 * data.y;
-    const row_folds folds = folds_of(data.run);
-    const averaged_map one = average_maps(x, t, folds, {{0, 1, 2}}, {}, 1);
-    const linear_map ridge = ridge_solver(x, t).solve(one.decay.row(0));
+    const regression::row_folds folds = regression::folds_of(data.run);
+    const regression::averaged_map one = regression::average_maps(x, t, folds, {{0, 1, 2}}, {}, 1);
+    const regression::linear_map ridge = regression::ridge_solver(x, t).solve(one.decay.row(0));
     EXPECT_LT((one.map.weights - ridge.weights).cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_LT((one.map.offset - ridge.offset).cwiseAbs().maxCoeff(), 1e-8);
-    const auto in = rows_inside(folds, 2), out = rows_outside(folds, 2);
-    const Eigen::MatrixXd by_others = ridge_solver(x(out, Eigen::all), t(out, Eigen::all))
-                                          .solve(one.decay.row(0))
-                                          .predict(x(in, Eigen::all));
+    const auto in = regression::rows_inside(folds, 2), out = regression::rows_outside(folds, 2);
+    const Eigen::MatrixXd by_others =
+        regression::ridge_solver(x(out, Eigen::all), t(out, Eigen::all))
+            .solve(one.decay.row(0))
+            .predict(x(in, Eigen::all));
     EXPECT_LT((one.left_out(in, Eigen::all) - by_others).cwiseAbs().maxCoeff(), 1e-8);
 }
 
 TEST(Averaging, the_mean_is_one_map_and_prefers_the_better_member) {
     const training_data data = machine(4, 3);
     const Eigen::MatrixXd x = 0.1 * (data.x.array() - 20.0), t = 0.2 * data.y;
-    const row_folds folds = folds_of(data.run);
-    const averaged_map first = average_maps(x, t, folds, {{0, 1}}, {}, 1);
-    const averaged_map second = average_maps(x, t, folds, {{1, 2}}, {}, 1);
-    const averaged_map both = average_maps(x, t, folds, {{0, 1}, {1, 2}}, {}, 2);
+    const regression::row_folds folds = regression::folds_of(data.run);
+    const regression::averaged_map first = regression::average_maps(x, t, folds, {{0, 1}}, {}, 1);
+    const regression::averaged_map second = regression::average_maps(x, t, folds, {{1, 2}}, {}, 1);
+    const regression::averaged_map both =
+        regression::average_maps(x, t, folds, {{0, 1}, {1, 2}}, {}, 2);
     EXPECT_NEAR(both.share.sum(), 1.0, 1e-12);
     const double a = both.share(0, 0), b = both.share(1, 0);
     EXPECT_LT((both.map.weights - a * first.map.weights - b * second.map.weights).norm(), 1e-12);
     EXPECT_LT((both.left_out - a * first.left_out - b * second.left_out).norm(), 1e-10);
-    const auto left = [&](const averaged_map &map) {
+    const auto left = [&](const regression::averaged_map &map) {
         double squares = 0.0;
         for (std::size_t f = 0; f < folds.count; ++f) {
-            const auto in = rows_inside(folds, f);
+            const auto in = regression::rows_inside(folds, f);
             const Eigen::MatrixXd off = map.left_out(in, Eigen::all) - t(in, Eigen::all);
             squares += off.cwiseAbs2().maxCoeff();
         }
@@ -149,10 +151,12 @@ TEST(Averaging, offsets_of_runs_are_free) {
         t(r, 0) = 2.0 * (x(r, 0) - season) - x(r, 1) + 0.01 * normal(engine);
         run.push_back(static_cast<std::size_t>(r / 50));
     }
-    const Eigen::MatrixXd zeroed = from_starts(t, starts);
-    const row_folds folds = folds_of(run);
-    const averaged_map fixed = average_maps(x, zeroed, folds, {{0, 1}}, {}, 1);
-    const averaged_map free = average_maps(x, zeroed, folds, {{0, 1}}, starts, 1);
+    const Eigen::MatrixXd zeroed = regression::from_starts(t, starts);
+    const regression::row_folds folds = regression::folds_of(run);
+    const regression::averaged_map fixed =
+        regression::average_maps(x, zeroed, folds, {{0, 1}}, {}, 1);
+    const regression::averaged_map free =
+        regression::average_maps(x, zeroed, folds, {{0, 1}}, starts, 1);
     EXPECT_NEAR(free.map.weights(0, 0), 2.0, 0.02);
     EXPECT_NEAR(free.map.weights(1, 0), -1.0, 0.02);
     EXPECT_LT(fixed.map.weights(0, 0), 1.5);

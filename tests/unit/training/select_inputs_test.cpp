@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/training/elimination.h"
+#include "host-tools/regression/elimination.h"
 
 namespace compbox::training {
 namespace {
@@ -69,7 +69,8 @@ TEST(SelectInputs, three_groups_of_five_are_three_clusters) {
                 sensors(r, s) = std::sin((0.05 + 0.031 * (s / 5)) * r) + noise * normal(engine);
             }
         }
-        const clustering found = fuzzy_c_means(similarity_of(sensors), 0);
+        const regression::clustering found =
+            regression::fuzzy_c_means(regression::similarity_of(sensors), 0);
         ASSERT_EQ(found.count, 3u) << noise;
         for (std::size_t s = 0; s < 15; ++s) EXPECT_EQ(found.cluster[s], s / 5);
     }
@@ -86,7 +87,8 @@ TEST(SelectInputs, never_more_clusters_than_the_root_of_the_sensors) {
             sensors(r, s) = 1.0 - std::exp(-r / (30.0 + 3.0 * s * s)) + 0.001 * normal(engine);
         }
     }
-    const clustering found = fuzzy_c_means(similarity_of(sensors), 0);
+    const regression::clustering found =
+        regression::fuzzy_c_means(regression::similarity_of(sensors), 0);
     EXPECT_GE(found.count, 2u);
     EXPECT_LE(found.count, 4u);
 }
@@ -104,7 +106,8 @@ TEST(SelectInputs, takes_as_many_as_asked_for) {
 
 TEST(SelectInputs, memberships_sum_to_one_and_belong) {
     const training_data data = three_groups();
-    const clustering found = fuzzy_c_means(similarity_of(data.x), 3);
+    const regression::clustering found =
+        regression::fuzzy_c_means(regression::similarity_of(data.x), 3);
     for (Eigen::Index s = 0; s < 9; ++s) {
         EXPECT_NEAR(found.membership.row(s).sum(), 1.0, 1e-12);
         EXPECT_GT(found.membership.row(s).maxCoeff(), 0.9);
@@ -115,9 +118,9 @@ TEST(SelectInputs, closure_chains_and_cuts) {
     Eigen::MatrixXd r = Eigen::MatrixXd::Identity(4, 4);
     const auto near = [&](int a, int b, double value) { r(a, b) = r(b, a) = value; };
     near(0, 1, 0.9), near(1, 2, 0.8), near(0, 2, 0.1), near(2, 3, 0.3);  // 0-2 by way of 1
-    EXPECT_EQ(transitive_closure(r, 2).cluster, (std::vector<std::size_t>{0, 0, 0, 1}));
-    EXPECT_EQ(transitive_closure(r, 3).cluster, (std::vector<std::size_t>{0, 0, 1, 2}));
-    EXPECT_NEAR(transitive_closure(r, 2).validity, 0.8, 1e-12);
+    EXPECT_EQ(regression::transitive_closure(r, 2).cluster, (std::vector<std::size_t>{0, 0, 0, 1}));
+    EXPECT_EQ(regression::transitive_closure(r, 3).cluster, (std::vector<std::size_t>{0, 0, 1, 2}));
+    EXPECT_NEAR(regression::transitive_closure(r, 2).validity, 0.8, 1e-12);
 }
 
 TEST(SelectInputs, grades_are_those_worked_out_by_hand) {
@@ -167,16 +170,18 @@ TEST(SelectInputs, the_check_tells_a_good_choice_from_a_bad_one) {
 TEST(Elimination, equals_maps_that_never_had_the_inputs) {
     const training_data data = three_groups(120);
     const Eigen::MatrixXd x = 0.2 * (data.x.array() - 20.0), t = 0.1 * data.y;
-    const row_folds folds = folds_of(data.run);
+    const regression::row_folds folds = regression::folds_of(data.run);
     const double decay = 1e-3;
-    elimination map(x, t, folds, decay, 1);
+    regression::elimination map(x, t, folds, decay, 1);
     const auto directly = [&](const std::vector<Eigen::Index> &kept) {
         Eigen::MatrixXd left(t.rows(), t.cols());
         for (std::size_t f = 0; f < folds.count; ++f) {
-            const auto in = rows_inside(folds, f), out = rows_outside(folds, f);
+            const auto in = regression::rows_inside(folds, f),
+                       out = regression::rows_outside(folds, f);
             const Eigen::MatrixXd some = x(Eigen::all, kept);
-            const linear_map solved = ridge_solver(some(out, Eigen::all), t(out, Eigen::all))
-                                          .solve(Eigen::VectorXd::Constant(1, decay));
+            const regression::linear_map solved =
+                regression::ridge_solver(some(out, Eigen::all), t(out, Eigen::all))
+                    .solve(Eigen::VectorXd::Constant(1, decay));
             left(in, Eigen::all) = solved.predict(some(in, Eigen::all)) - t(in, Eigen::all);
         }
         return left;

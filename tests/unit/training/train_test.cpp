@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// compbox train: derivatives, lags, the linear baseline, and what is chosen when.
+// compbox train: lags, and what is chosen when.
 #include "host-tools/training/train.h"
 
 #include <gtest/gtest.h>
@@ -9,10 +9,8 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/algebra/solvers.h"
 #include "host-tools/formats/json.h"
-#include "host-tools/training/network_training.h"
-#include "host-tools/training/optimise.h"
+#include "tests/support/random_matrix.h"
 #include "tests/support/training_fixture.h"
 
 extern "C" {
@@ -22,116 +20,6 @@ extern "C" {
 
 namespace compbox::training {
 namespace {
-
-Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
-    std::mt19937 engine(seed);
-    std::normal_distribution<double> normal;
-    return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(engine); });
-}
-
-network_shape shape_of(bool linear, activation kind) {
-    return {4, 3, 2, linear, kind};
-}
-
-class Derivatives : public testing::TestWithParam<std::tuple<bool, activation>> {
-  protected:
-    network_shape shape = shape_of(std::get<0>(GetParam()), std::get<1>(GetParam()));
-    // More than one block of samples, the last one not full.
-    Eigen::MatrixXd x = random_matrix(4, 300, 1), t = random_matrix(2, 300, 2);
-    weight_decay decay{0.02, 0.05, Eigen::Vector2d(0.3, 0.7)};
-    Eigen::VectorXd p = random_matrix(shape.count(), 1, 3);
-};
-
-TEST_P(Derivatives, gradient_is_that_of_the_loss) {
-    network_loss loss(shape, x, t, decay);
-    Eigen::VectorXd gradient(shape.count());
-    const double value = loss(p.data(), gradient.data());
-    EXPECT_NEAR(loss(p.data(), nullptr), value, 1e-13 * value);
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
-        Eigen::VectorXd above = p, below = p;
-        above[i] += 1e-5, below[i] -= 1e-5;
-        const double slope = (loss(above.data(), nullptr) - loss(below.data(), nullptr)) / 2e-5;
-        EXPECT_NEAR(gradient[i], slope, 1e-8 * (1.0 + std::abs(slope))) << "parameter " << i;
-    }
-}
-
-TEST_P(Derivatives, residuals_are_the_loss_as_squares) {
-    network_loss loss(shape, x, t, decay);
-    Eigen::VectorXd gradient(shape.count()), r(loss.residual_count());
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> j(r.size(), p.size());
-    const double value = loss(p.data(), gradient.data());
-    loss.residuals(p.data(), r.data(), j.data());
-    EXPECT_NEAR(0.5 * r.squaredNorm(), value, 1e-13 * value);
-    EXPECT_LT((j.transpose() * r - gradient).cwiseAbs().maxCoeff(), 1e-12);
-}
-
-TEST_P(Derivatives, both_ways_of_descending_arrive_where_the_slope_is_zero) {
-    network_loss loss(shape, x, t, decay);
-    optimise_options options;
-    options.max_iterations = 2000, options.least_decrease = 1e-14;
-    Eigen::VectorXd by_lbfgs = p, by_squares = p, slope(p.size());
-    const auto gradient = [&](const double *q, double *g) { return loss(q, g); };
-    const auto residuals = [&](const double *q, double *r, double *j) { loss.residuals(q, r, j); };
-    const optimise_result one = minimise(gradient, by_lbfgs, options);
-    const optimise_result other =
-        minimise_squares(residuals, loss.residual_count(), by_squares, options);
-    for (const Eigen::VectorXd &q : {by_lbfgs, by_squares}) {
-        EXPECT_LT(loss(q.data(), slope.data()), loss(p.data(), nullptr));
-        EXPECT_LT(slope.cwiseAbs().maxCoeff(), 1e-6);
-    }
-    EXPECT_NEAR(one.value, loss(by_lbfgs.data(), nullptr), 1e-12);
-    EXPECT_NEAR(other.value, loss(by_squares.data(), nullptr), 1e-12);
-}
-
-TEST_P(Derivatives, jacobian_is_that_of_the_predictions) {
-    const network_loss loss(shape, x, t, decay);
-    const Eigen::Index from = 255, n = 4;
-    const Eigen::MatrixXd rows = loss.jacobian(p, from, n);
-    for (Eigen::Index i = 0; i < p.size(); ++i) {
-        Eigen::VectorXd above = p, below = p;
-        above[i] += 1e-5, below[i] -= 1e-5;
-        const Eigen::MatrixXd slope = (predict(shape, above, x.middleCols(from, n)) -
-                                       predict(shape, below, x.middleCols(from, n))) /
-                                      2e-5;
-        const Eigen::Map<const Eigen::VectorXd> wanted(slope.data(), slope.size());
-        EXPECT_LT((rows.col(i) - wanted).cwiseAbs().maxCoeff(), 1e-8) << "parameter " << i;
-    }
-}
-
-INSTANTIATE_TEST_SUITE_P(Networks, Derivatives,
-                         testing::Combine(testing::Bool(),
-                                          testing::Values(activation::tansig, activation::logsig)));
-
-TEST(Network, activation_survives_any_argument) {
-    for (const auto kind : {activation::tansig, activation::logsig}) {
-        const network_shape shape{1, 1, 1, false, kind};
-        const Eigen::Vector4d p(1.0, 0.0, 1.0, 0.0);
-        for (const double x : {0.0, 1e-9, 0.3, -20.0, 400.0, -400.0, 1e6, -1e6}) {
-            const double want = kind == activation::tansig ? std::tanh(x) : 1 / (1 + std::exp(-x));
-            EXPECT_NEAR(predict(shape, p, Eigen::MatrixXd::Constant(1, 1, x))(0, 0), want, 3e-16);
-        }
-    }
-}
-
-TEST(Optimise, finds_the_minimum_of_rosenbrock) {
-    Eigen::VectorXd p = Eigen::Vector2d(-1.2, 1.0);
-    optimise_options options;
-    options.least_decrease = 1e-15;
-    int calls = 0;
-    options.after = [&](int iteration, double, const Eigen::VectorXd &) {
-        EXPECT_EQ(iteration, calls++);
-        return true;
-    };
-    const auto rosenbrock = [](const double *v, double *g) {
-        const double a = 1.0 - v[0], b = v[1] - v[0] * v[0];
-        if (g != nullptr) g[0] = -2.0 * a - 400.0 * v[0] * b, g[1] = 200.0 * b;
-        return a * a + 100.0 * b * b;
-    };
-    const optimise_result result = minimise(rosenbrock, p, options);
-    EXPECT_NEAR(p[0], 1.0, 1e-6);
-    EXPECT_NEAR(p[1], 1.0, 1e-6);
-    EXPECT_GE(calls, result.iterations);
-}
 
 TEST(Lags, are_those_of_the_box) {
     training_data data = made_of(60, 1, [](const Eigen::RowVectorXd &) { return 0.0; });
@@ -197,52 +85,6 @@ TEST(Network, is_trained_on_rows_from_everywhere) {
     EXPECT_TRUE(std::is_sorted(result.network_rows.begin(), result.network_rows.end()));
 }
 
-TEST(Ridge, solves_the_normal_equations) {
-    const Eigen::MatrixXd x = random_matrix(50, 3, 5), t = random_matrix(50, 2, 6);
-    const Eigen::Vector2d decay(0.1, 2.0);
-    const linear_map map = ridge_solver(x, t).solve(decay);
-    Eigen::MatrixXd xc = x.rowwise() - x.colwise().mean(), tc = t.rowwise() - t.colwise().mean();
-    for (Eigen::Index k = 0; k < 2; ++k) {
-        const Eigen::MatrixXd normal =
-            xc.transpose() * xc / 50.0 + decay[k] * Eigen::MatrixXd::Identity(3, 3);
-        const Eigen::VectorXd want =
-            algebra::factor_positive_definite(normal).inverse * (xc.transpose() * tc.col(k)) / 50.0;
-        EXPECT_LT((map.weights.col(k) - want).cwiseAbs().maxCoeff(), 1e-12);
-    }
-    EXPECT_LT((map.predict(x) - t).colwise().mean().cwiseAbs().maxCoeff(), 1e-12);
-}
-
-TEST(Ridge, left_out_predictions_never_saw_their_run) {
-    const Eigen::MatrixXd x = random_matrix(60, 4, 7);
-    Eigen::MatrixXd t = x * random_matrix(4, 1, 8);
-    std::vector<std::size_t> runs;
-    for (std::size_t r = 0; r < 60; ++r) runs.push_back(r / 20);
-    t.topRows(20).array() += 100.0;  // an offset of the first run, which no other run shows
-    const ridge_choice choice = choose_by_folds(x, t, folds_of(runs));
-    EXPECT_GT((choice.left_out - t).topRows(20).cwiseAbs().minCoeff(), 50.0);
-}
-
-TEST(Ridge, evidence_finds_noise_and_strength) {
-    const Eigen::MatrixXd x = random_matrix(400, 10, 9), w = random_matrix(10, 1, 10);
-    const Eigen::MatrixXd t = x * w + 0.5 * random_matrix(400, 1, 11);
-    const auto found = ridge_solver(x, t).find_evidence();
-    const double want = 0.25 / (400.0 * w.squaredNorm() / 10.0);  // alpha / (beta N)
-    EXPECT_NEAR(std::log(found.decay / want), 0.0, 0.6);
-    EXPECT_GT(found.effective_parameters, 9.0);
-}
-
-TEST(Folds, are_runs_and_never_rows) {
-    const row_folds folds = folds_of({7, 7, 3, 3, 9});
-    EXPECT_EQ(folds.count, 3u);
-    EXPECT_EQ(folds.fold, (std::vector<std::size_t>{1, 1, 0, 0, 2}));
-    EXPECT_EQ(rows_inside(folds, 1), (std::vector<Eigen::Index>{0, 1}));
-    std::vector<std::size_t> many;
-    for (std::size_t r = 0; r < 46; ++r) many.push_back(r / 2);
-    EXPECT_EQ(folds_of(many).count, 10u);
-    EXPECT_EQ(folds_of(many).fold[45], 2u);
-    EXPECT_FALSE(folds_of({0, 0, 1}).usable());
-}
-
 TEST(Train, a_linear_machine_gets_the_linear_map) {
     const training_data data = made_of(
         400, 5, [](const Eigen::RowVectorXd &x) { return 3.0 * x[0] - 2.0 * x[1] + 7.0; }, 0.05);
@@ -276,7 +118,7 @@ TEST(Train, each_output_gets_what_is_better_for_it) {
         0.05);
     data.outputs.push_back("straight");
     data.y.conservativeResize(Eigen::NoChange, 2);
-    data.y.col(1) = data.x.col(0) - 4.0 * data.x.col(1) + random_matrix(600, 1, 12);
+    data.y.col(1) = data.x.col(0) - 4.0 * data.x.col(1) + compbox_test::random_matrix(600, 1, 12);
     const train_result result = train(data, small_options());
     EXPECT_EQ(result.network_better, (std::vector<bool>{true, false})) << report_of(result);
     const Eigen::MatrixXd y = result.chosen.predict(result.learn.x);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "host-tools/training/gain.h"
+#include "host-tools/regression/gain.h"
 #include "host-tools/training/train.h"
 #include "tests/support/cases.h"
 
@@ -120,7 +120,8 @@ TEST(Verdict, a_bent_machine_still_gets_the_network) {
 TEST(Gain, quantiles_are_those_of_the_tables) {
     const double table[][2] = {{4, 2.776}, {5, 2.571}, {9, 2.262}, {30, 2.042}};
     for (const auto &row : table) {
-        EXPECT_NEAR(student_quantile(static_cast<Eigen::Index>(row[0])), row[1], 0.004 * row[1]);
+        EXPECT_NEAR(regression::student_quantile(static_cast<Eigen::Index>(row[0])), row[1],
+                    0.004 * row[1]);
     }
 }
 
@@ -128,19 +129,19 @@ TEST(Gain, of_five_runs_needs_more_than_its_spread) {
     const Eigen::ArrayXd linear = Eigen::ArrayXd::Constant(5, 1.0);
     Eigen::ArrayXd network(5);
     network << 0.9, 0.8, 0.9, 0.85, 0.95;
-    EXPECT_TRUE(is_clear_gain(linear, network));
+    EXPECT_TRUE(regression::is_clear_gain(linear, network));
     network << 0.2, 1.1, 0.9, 1.05, 0.95;  // one run only
-    EXPECT_FALSE(is_clear_gain(linear, network));
-    EXPECT_FALSE(is_clear_gain(linear, linear));
-    EXPECT_FALSE(is_clear_gain(Eigen::ArrayXd::Zero(5), Eigen::ArrayXd::Zero(5)));
+    EXPECT_FALSE(regression::is_clear_gain(linear, network));
+    EXPECT_FALSE(regression::is_clear_gain(linear, linear));
+    EXPECT_FALSE(regression::is_clear_gain(Eigen::ArrayXd::Zero(5), Eigen::ArrayXd::Zero(5)));
 }
 
 TEST(Gain, of_three_runs_needs_a_fifth_less_of_every_run) {
     const Eigen::ArrayXd linear = Eigen::ArrayXd::Constant(3, 1.0);
     Eigen::ArrayXd network = Eigen::ArrayXd::Constant(3, 0.79 * 0.79);
-    EXPECT_TRUE(is_clear_gain(linear, network));
+    EXPECT_TRUE(regression::is_clear_gain(linear, network));
     network[1] = 0.81 * 0.81;
-    EXPECT_FALSE(is_clear_gain(linear, network));
+    EXPECT_FALSE(regression::is_clear_gain(linear, network));
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/gain.h"
+#include "host-tools/regression/gain.h"
 
 #include <cmath>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -33,4 +33,4 @@ bool is_clear_gain(const Eigen::ArrayXd &linear, const Eigen::ArrayXd &network) 
     return mean > student_quantile(runs - 1) * error;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 enum class activation { tansig, logsig };
 
@@ -101,4 +101,4 @@ class network_loss {
 // every machine.
 Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

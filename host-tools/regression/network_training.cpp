@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/network_training.h"
+#include "host-tools/regression/network_training.h"
 
 #include <algorithm>
 #include <limits>
 #include <mutex>
 #include <vector>
 
-#include "host-tools/training/optimise.h"
-#include "host-tools/training/parallel.h"
-#include "host-tools/training/training_start.h"
+#include "host-tools/regression/optimise.h"
+#include "host-tools/regression/parallel.h"
+#include "host-tools/regression/training_start.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -180,4 +180,4 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
     return best;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <functional>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 enum class optimiser { lbfgs, levenberg_marquardt };
 
@@ -42,4 +42,4 @@ optimise_result minimise(const gradient_function &function, Eigen::VectorXd &poi
 optimise_result minimise_squares(const residual_function &function, Eigen::Index residuals,
                                  Eigen::VectorXd &point, const optimise_options &options);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

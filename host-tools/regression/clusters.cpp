@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/clusters.h"
+#include "host-tools/regression/clusters.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -185,4 +185,4 @@ clustering transitive_closure(const Eigen::MatrixXd &similarity, std::size_t cou
     return best;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

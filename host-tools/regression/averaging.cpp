@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/averaging.h"
+#include "host-tools/regression/averaging.h"
 
 #include <cmath>
 
 #include "host-tools/algebra/solvers.h"
-#include "host-tools/training/parallel.h"
+#include "host-tools/regression/parallel.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -218,4 +218,4 @@ averaged_map average_maps(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
     return mean;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

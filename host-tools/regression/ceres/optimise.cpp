@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The only source that includes Ceres.
-#include "host-tools/training/optimise.h"
+#include "host-tools/regression/optimise.h"
 
 #include <ceres/cost_function.h>
 #include <ceres/gradient_problem.h>
@@ -11,7 +11,7 @@
 #include <cmath>
 #include <vector>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -127,4 +127,4 @@ optimise_result minimise_squares(const residual_function &function, Eigen::Index
     return result;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/elimination.h"
+#include "host-tools/regression/elimination.h"
 
 #include "host-tools/algebra/solvers.h"
-#include "host-tools/training/parallel.h"
+#include "host-tools/regression/parallel.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -69,4 +69,4 @@ void elimination::remove(const std::vector<Eigen::Index> &columns) {
     }
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -8,11 +8,11 @@
 #include <functional>
 #include <string>
 
-#include "host-tools/training/network.h"
-#include "host-tools/training/optimise.h"
-#include "host-tools/training/ridge.h"
+#include "host-tools/regression/network.h"
+#include "host-tools/regression/optimise.h"
+#include "host-tools/regression/ridge.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 struct network_task {
     network_shape shape;
@@ -51,4 +51,4 @@ trained_network train_by_folds(const network_task &task, const Eigen::VectorXd &
 // linear weights. out: the start with the highest evidence
 trained_network train_by_evidence(const network_task &task, double linear_decay);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

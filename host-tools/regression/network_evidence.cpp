@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "host-tools/algebra/solvers.h"
-#include "host-tools/training/network_training.h"
-#include "host-tools/training/optimise.h"
-#include "host-tools/training/parallel.h"
-#include "host-tools/training/training_start.h"
+#include "host-tools/regression/network_training.h"
+#include "host-tools/regression/optimise.h"
+#include "host-tools/regression/parallel.h"
+#include "host-tools/regression/training_start.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 Eigen::VectorXd start_from(const network_shape &shape, const linear_map &linear,
                            std::uint64_t seed) {
@@ -188,4 +188,4 @@ trained_network train_by_evidence(const network_task &task, double linear_decay)
     });
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 // Groups of rows that are left out together: fold[r] of row r, 0 … count - 1.
 struct row_folds {
@@ -67,4 +67,4 @@ ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
 std::vector<Eigen::Index> rows_inside(const row_folds &folds, std::size_t fold);
 std::vector<Eigen::Index> rows_outside(const row_folds &folds, std::size_t fold);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

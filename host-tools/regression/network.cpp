@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/network.h"
+#include "host-tools/regression/network.h"
 
 #include <cmath>
 #include <random>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -186,4 +186,4 @@ Eigen::VectorXd random_start(const network_shape &shape, std::uint64_t seed) {
     return p;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

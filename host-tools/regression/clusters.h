@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 // A partition of sensors 0 … n - 1.
 struct clustering {
@@ -29,4 +29,4 @@ clustering fuzzy_c_means(const Eigen::MatrixXd &similarity, std::size_t count);
 // possible number); 0: the cut with the largest F statistic.
 clustering transitive_closure(const Eigen::MatrixXd &similarity, std::size_t count);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/ridge.h"
+#include "host-tools/regression/ridge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "host-tools/algebra/solvers.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 namespace {
 
@@ -156,4 +156,4 @@ ridge_choice choose_by_folds(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
     return choice;
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

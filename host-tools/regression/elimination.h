@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
-#include "host-tools/training/ridge.h"
+#include "host-tools/regression/ridge.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 // A linear map with weight decay of all inputs, for each left-out fold.
 class elimination {
@@ -40,4 +40,4 @@ class elimination {
     Eigen::Index rows_ = 0;
 };
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "host-tools/training/ridge.h"
+#include "host-tools/regression/ridge.h"
 
-namespace compbox::training {
+namespace compbox::regression {
 
 struct averaged_map {
     linear_map map;            // of all inputs
@@ -32,4 +32,4 @@ averaged_map average_maps(const Eigen::MatrixXd &x, const Eigen::MatrixXd &t,
 // Subtracts from each row the first row of its run.
 Eigen::MatrixXd from_starts(const Eigen::MatrixXd &values, const std::vector<Eigen::Index> &starts);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

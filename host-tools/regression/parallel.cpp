@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "host-tools/training/parallel.h"
+#include "host-tools/regression/parallel.h"
 
 #include <algorithm>
 #include <atomic>
@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 void run_parallel(std::size_t count, int threads, const std::function<void(std::size_t)> &task) {
     std::atomic<std::size_t> next{0};
@@ -34,4 +34,4 @@ void run_parallel(std::size_t count, int threads, const std::function<void(std::
     if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace compbox::training
+}  // namespace compbox::regression

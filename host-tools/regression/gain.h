@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-namespace compbox::training {
+namespace compbox::regression {
 
 // in : mean square of the residuals of each run for both models, on the same rows; equal sizes >= 1
 // out: true if the network is significantly better. With five runs or more: the mean logarithm of
@@ -18,4 +18,4 @@ bool is_clear_gain(const Eigen::ArrayXd &linear, const Eigen::ArrayXd &network);
 // most 0.4 %.
 double student_quantile(Eigen::Index freedom);
 
-}  // namespace compbox::training
+}  // namespace compbox::regression
