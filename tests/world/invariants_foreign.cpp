@@ -31,7 +31,8 @@ class applied_invariant : public invariant {
         sent_.clear();
         read_ns_ = 0;
     }
-    void taken(const machine &, const machine &) override { started(); }
+    // The PLC may still apply what was sent before.
+    void taken(const machine &, const machine &) override { channels_.clear(); }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
@@ -64,7 +65,8 @@ class applied_invariant : public invariant {
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         sent_.push_back({seen.sent, block});
-        while (sent_.front().ns < seen.sent - of_late) sent_.pop_front();
+        // The newest one from before is what the PLC held when that time began.
+        while (sent_.size() > 1 && sent_[1].ns < seen.sent - of_late) sent_.pop_front();
         if (block.mode != fakeplc::box_mode::active) return;
         for (std::size_t c = 0; c < channels_.size(); ++c) {
             const std::string &channel = facts.channels[c].name;
@@ -104,6 +106,7 @@ class applied_invariant : public invariant {
         channel_state &state = channels_[c];
         double low = channel.limit_um, high = -channel.limit_um;
         for (const sent_block &one : sent_) {
+            if (c >= one.block.um.size()) continue;  // of a file without this channel
             low = std::min(low, one.block.um[c]);
             high = std::max(high, one.block.um[c]);
         }

@@ -51,6 +51,11 @@ defect to_channels(Change change) {
     });
 }
 
+// What the PLC applies is never outside for long enough.
+void no_applied(cb_config &config) {
+    config.applied_quarter_us = 1000000000;
+}
+
 struct edge {
     const char *invariant;
     std::uint64_t seed, cycles;
@@ -111,6 +116,10 @@ const edge edges[] = {
     {"permission", 5000477, 1400,
      "preempt,tear,exception,partial,restart,clock,stall,foreign,can,boundary,reader,links",
      [](cb_loop &loop) { loop.box->mode.lost = false; }},
+    // Behind a silence the PLC may apply what the last write before it had.
+    {"applied", 5000377, 20000, "foreign", to_config(no_applied)},
+    // Behind a reload, too, what the file before sent.
+    {"applied", 6000865, 6000, "reload,foreign", to_config(no_applied)},
     // A long file of events is rotated.
     {"events", 5000657, 9500,
      "delay,twice,kill,restart,reload,hostile,memory,wire,sensors,line,can,mute", nullptr},
