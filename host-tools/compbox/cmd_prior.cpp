@@ -25,10 +25,10 @@ struct prior_arguments {
 
 constexpr const char *prior_example =
     R"(Estimates how the models of machines of one type are spread. `compbox train --prior` draws the
-model of another machine to them. Machines that are far from most are named, and not used.
+model of another machine to them. Machines that are far from most are named, and not used. `compbox train
+--moments` writes the files.
 
 Example:
-  compbox train lathe-1.csv --outputs ez_um --name net --moments lathe-1.moments.json -o lathe-1.json
   compbox prior lathe-*.moments.json -o prior.json)";
 
 // Reads the moments, writes the prior, and names the brothers that are not used. Throws

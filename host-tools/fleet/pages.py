@@ -9,7 +9,7 @@ import threading
 import urllib.error
 import urllib.request
 
-PAGE = pathlib.Path(__file__).resolve().parent / "site.html"
+PAGE = pathlib.Path(__file__).resolve().parent / "site_page.html.in"
 QUESTIONS = ("/api/v1/query?", "/api/v1/query_range?")
 MOST_BYTES = 1_000_000  # of alerts in one message
 

@@ -60,8 +60,8 @@ host-tools/watch          : formats command_line box_files
 host-tools/signing        : hal/linux formats
 host-tools/compbox/live   : models base wire config formats command_line fakeplc plc commission watch
 host-tools/compbox        : models base wire config json signals terms box load formats command_line algebra \
-    metrology identification fitting test_report regression training adaptation sensors twin fakeplc coefficients export \
-    simulation signing compbox/live
+    metrology identification fitting test_report regression training adaptation sensors twin fakeplc \
+    coefficients export simulation signing compbox/live
 """
 FREESTANDING = ["<float.h>", "<limits.h>", "<stdarg.h>", "<stdbool.h>", "<stddef.h>", "<stdint.h>",
                 "<string.h>"]  # string.h: memcpy, memset, memcmp, which the compiler itself emits

@@ -165,7 +165,8 @@ def test_a_line_that_is_never_silent(plc, rtu, start_box):
 
 
 def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
-    """Longer than HOLD lasts: the outputs have gone to zero when it answers again."""
+    """Longer than HOLD lasts: the outputs have gone to zero when it answers again. Until the PLC's heartbeat has changed
+    the box may ramp what the registers still hold."""
     plc.values = AT_REST
     with rtu() as server, start_box(quick) as box:
         wait_for(lambda: len(active(plc)) > 30)
@@ -177,7 +178,8 @@ def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
         box.console.wait("now ACTIVE", since)
         reported = [line.split()[2].rstrip(":") for line in box.console.lines[since:] if " now " in line]
     modes = [mode for mode, before in zip(reported, [None, *reported]) if mode != before]
-    assert modes[:4] == ["HOLD", "RAMP", "STANDBY", "ACTIVE"], reported
+    end = modes.index("ACTIVE")
+    assert modes[:3] == ["HOLD", "RAMP", "STANDBY"] and modes[3:end] in ([], ["RAMP"]), reported
     laws.check_writes(plc.writes)
 
 

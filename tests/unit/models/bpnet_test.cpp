@@ -20,7 +20,7 @@ using vec = std::vector<float>;
 
 // A network as trained, with inputs like a machine's: positions to 14 m, temperatures, speeds.
 struct network {
-    std::uint8_t inputs, hidden, outputs, regression::activation;
+    std::uint8_t inputs, hidden, outputs, activation;
     bool has_linear;
     vec w1, b1, w2, b2, linear, in_offset, in_scale, out_offset, out_scale;
 
@@ -37,20 +37,19 @@ struct network {
                 inputs,
                 hidden,
                 outputs,
-                regression::activation};
+                activation};
     }
 };
 
 network random_network(std::mt19937 &random, std::uint8_t inputs, std::uint8_t hidden,
-                       std::uint8_t outputs, std::uint8_t regression::activation, bool has_linear) {
+                       std::uint8_t outputs, std::uint8_t activation, bool has_linear) {
     std::uniform_real_distribution<float> unit(-1, 1);
     const auto fill = [&](std::size_t count, float size) {
         vec v(count);
         for (float &x : v) x = size * unit(random);
         return v;
     };
-    network n{inputs, hidden, outputs, regression::activation, has_linear, {}, {}, {}, {}, {}, {},
-              {},     {},     {}};
+    network n{inputs, hidden, outputs, activation, has_linear, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     n.w1 = fill(hidden * inputs, 1.5f);
     n.b1 = fill(hidden, 2);
     n.w2 = fill(outputs * hidden, 1);
@@ -208,13 +207,13 @@ TEST(bpnet, folding_far_from_zero) {
 // takes away nothing that a float could hold. The layout is that of bpnet.h.
 TEST(bpnet, folded_biases_are_rounded_once) {
     std::mt19937 random(12);
-    for (std::uint8_t regression::activation : {CB_BPNET_TANSIG, CB_BPNET_LOGSIG}) {
-        const network n = random_network(random, 64, 8, 2, regression::activation, true);
+    for (std::uint8_t activation : {CB_BPNET_TANSIG, CB_BPNET_LOGSIG}) {
+        const network n = random_network(random, 64, 8, 2, activation, true);
         vec weights(cb_bpnet_floats(64, 8, 2, true));
         const cb_bpnet_source source = n.source();
         cb_bpnet net;
         ASSERT_TRUE(cb_bpnet_fold(&source, weights.data(), &net));
-        const bool logsig = regression::activation == CB_BPNET_LOGSIG;
+        const bool logsig = activation == CB_BPNET_LOGSIG;
         const auto expect_rounded = [](float got, long double exact) {
             EXPECT_NEAR(got, (double)exact, 0.501 * std::ldexp(1.0, std::ilogb(got) - 23));
         };
@@ -237,14 +236,9 @@ TEST(bpnet, folded_biases_are_rounded_once) {
 // Inputs at their offsets, zero weights of the first layer: the result is known in closed form, so
 // bias, offset and the halves of the logistic function are where they belong.
 TEST(bpnet, constants_come_out_exactly) {
-    for (std::uint8_t regression::activation : {CB_BPNET_TANSIG, CB_BPNET_LOGSIG}) {
-        const network n{2,      2,
-                        1,      regression::activation,
-                        false,  {0, 0, 0, 0},
-                        {0, 0}, {3, 5},
-                        {1},    {0, 0},
-                        {0, 0}, {1, 1},
-                        {10},   {4}};
+    for (std::uint8_t activation : {CB_BPNET_TANSIG, CB_BPNET_LOGSIG}) {
+        const network n{2,      2,   1,      activation, false,  {0, 0, 0, 0}, {0, 0},
+                        {3, 5}, {1}, {0, 0}, {0, 0},     {1, 1}, {10},         {4}};
         vec weights(cb_bpnet_floats(2, 2, 1, false));
         const cb_bpnet_source source = n.source();
         cb_bpnet net;
@@ -252,7 +246,7 @@ TEST(bpnet, constants_come_out_exactly) {
         const float x[] = {123, -45};
         float y;
         cb_bpnet_evaluate(&net, x, &y);
-        EXPECT_EQ(y, regression::activation == CB_BPNET_TANSIG ? 14.0f : 30.0f);
+        EXPECT_EQ(y, activation == CB_BPNET_TANSIG ? 14.0f : 30.0f);
     }
 }
 
