@@ -126,9 +126,6 @@ const edge edges[] = {
     // The log asks for a restart with the good file: another address of the PLC goes on.
     {"service", 300996, 6000, "tear,exception,restart,hostile,state,wire,mute",
      to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
-    // A write of a connection that was given up comes behind STOPPED.
-    {"state", 59, 5000, "delay:192,twice,exception,refuse",
-     [](cb_loop &loop) { loop.box->life.zero_written = true; }},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
