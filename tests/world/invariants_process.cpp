@@ -68,6 +68,9 @@ class service_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const written_block &block = block_of(of_.author_of(seen), seen);
+        const bool stopped = mode_ == fakeplc::box_mode::stopped && is_zero_;
+        if (stopped && seen.sent < sent_ns_ && block.is_zero()) return;  // late, as for `exit`
+        sent_ns_ = seen.sent;
         mode_ = block.mode;
         is_zero_ = block.is_zero();
         const bool whole =
@@ -106,6 +109,7 @@ class service_invariant : public invariant {
 
     unsigned mode_ = 0;
     bool was_active_ = false, is_zero_ = false;
+    time_ns sent_ns_ = 0;  // the newest write
     time_ns quiet_ns_ = never, recovery_ns_ = 0, active_ns_ = -never / 2;
 };
 

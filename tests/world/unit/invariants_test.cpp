@@ -123,6 +123,13 @@ const edge edges[] = {
     // A long file of events is rotated.
     {"events", 5000657, 9500,
      "delay,twice,kill,restart,reload,hostile,memory,wire,sensors,line,can,mute", nullptr},
+    // A late write of RAMP comes behind the confirmed one of STOPPED.
+    {"state", 59, 5000, "delay,twice,exception,refuse",
+     [](cb_loop &loop) {
+         if (loop.box->mode.reason != CB_REASON_STOP) return;
+         loop.box->life.stop_confirmed = true;
+         cb_flag_raise(&loop.quit);
+     }},
     // The log asks for a restart with the good file: another address of the PLC goes on.
     {"service", 300996, 6000, "tear,exception,restart,hostile,state,wire,mute",
      to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
