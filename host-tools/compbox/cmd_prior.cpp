@@ -25,8 +25,8 @@ struct prior_arguments {
 
 constexpr const char *prior_example =
     R"(Estimates how the models of machines of one type are spread. `compbox train --prior` draws the
-model of another machine to them. Machines that are far from most are named, and not used. `compbox train
---moments` writes the files.
+model of another machine to them. Machines that are far from most are named, and not used.
+`compbox train --moments` writes the files.
 
 Example:
   compbox prior lathe-*.moments.json -o prior.json)";
