@@ -422,7 +422,6 @@ static void take_rows(struct daemon *daemon) {
         cb_log_can(&daemon->log, &config->can, row);
         cb_ring_release(&loop->ring);
     }
-    cb_row_files_flush(&daemon->files);
 }
 
 /* out: 0, or errno of the failed write */
@@ -543,12 +542,14 @@ static void serve(struct daemon *daemon) {
     while (!cb_flag_is_raised(&daemon->loop.finished)) {
         mind_signals(daemon);
         take_rows(daemon);
+        cb_row_files_flush(&daemon->files);
         mind_the_file(daemon, cb_boottime_us());
         report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
         mind_the_hand(daemon, cb_boottime_us());
         cb_row_files_work(&daemon->files, cb_boottime_us());
+        take_rows(daemon); /* a disk may have held this thread, and rows have come meanwhile */
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());

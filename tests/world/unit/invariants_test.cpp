@@ -120,6 +120,11 @@ const edge edges[] = {
     {"applied", 5000377, 20000, "foreign", to_config(no_applied)},
     // Behind a reload, too, what the file before sent.
     {"applied", 6000865, 6000, "reload,foreign", to_config(no_applied)},
+    // A disk hangs for 18 s; the files behind it have the mode of their time.
+    {"report", 9000056, 5300, "exception,disk",
+     [](cb_loop &loop) {
+         for (cb_row &row : loop.rows) row.mode = CB_MODE_ACTIVE;
+     }},
     // A long file of events is rotated.
     {"events", 5000657, 9500,
      "delay,twice,kill,restart,reload,hostile,memory,wire,sensors,line,can,mute", nullptr},
