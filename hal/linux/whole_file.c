@@ -6,9 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* in : fd of a regular file
- * out: bytes read, at most `size`; -1 with errno */
-static long read_all(int fd, char *text, size_t size) {
+long cb_read_to_end(int fd, char *text, size_t size) {
     size_t length = 0;
     while (length < size) {
         const ssize_t got = read(fd, text + length, size - length);
@@ -32,7 +30,7 @@ long cb_whole_file_read(const char *path, char *text, size_t size, struct stat *
     } else if (!S_ISREG(there->st_mode)) {
         *why = "it is not a regular file; put the file itself there";
     } else {
-        length = read_all(fd, text, size);
+        length = cb_read_to_end(fd, text, size);
         if (length < 0) *why = strerror(errno);
     }
     if (fd >= 0) close(fd);

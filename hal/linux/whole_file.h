@@ -11,4 +11,8 @@
 long cb_whole_file_read(const char *path, char *text, size_t size, struct stat *there,
                         const char **why);
 
+/* Reads on after a short read or a signal. in: fd of a file that does not wait
+ * out: bytes read, at most `size`; -1 with errno */
+long cb_read_to_end(int fd, char *text, size_t size);
+
 #endif

@@ -14,6 +14,7 @@
 #include "firmware/base/crc32.h"
 #include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
+#include "hal/linux/whole_file.h"
 
 /* The file: a header, `count` records, `probes` of them, the ending, and the CRC-32 of all that.
  * Its byte order is the machine's, which the format number reveals. */
@@ -70,12 +71,14 @@ struct file {
 static const char MAGIC[8] = "CBSTATE";
 enum { FORMAT = 4, FORMAT_WITHOUT_PROBES = 3, FORMAT_WITHOUT_ENDING = 2 };
 
-static void read_boot_id(char *boot_id) {
+/* A short read must not make a boot look like another one.
+ * out: the line without its end, or "" if it is not complete */
+static void read_boot_id(char boot_id[static CB_BOOT_ID_SIZE]) {
     const int fd = open("/proc/sys/kernel/random/boot_id", O_RDONLY | O_CLOEXEC);
-    const ssize_t size = fd < 0 ? 0 : read(fd, boot_id, CB_BOOT_ID_SIZE - 1);
+    const long size = fd < 0 ? -1 : cb_read_to_end(fd, boot_id, CB_BOOT_ID_SIZE - 1);
     if (fd >= 0) close(fd);
-    boot_id[size < 0 ? 0 : size] = '\0';
-    boot_id[strcspn(boot_id, "\n")] = '\0';
+    const bool whole = size > 0 && boot_id[size - 1] == '\n';
+    boot_id[whole ? size - 1 : 0] = '\0';
 }
 
 void cb_state_clock_read(struct cb_state_clock *clock) {
