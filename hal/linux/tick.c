@@ -27,9 +27,8 @@ uint32_t cb_tick_wait(struct cb_tick *tick) {
     const int64_t before = tick->index;
     const int64_t due_ns = tick->start_ns + (before + 1) * tick->period_ns;
     int64_t now_ns = cb_clock_ns(tick->clock);
-    tick->worst_ns = 0;
+    tick->worst_ns = now_ns > due_ns ? now_ns - due_ns : 0;
     do {
-        if (now_ns >= due_ns && tick->worst_ns == 0) tick->worst_ns = now_ns - due_ns;
         int64_t wanted = next_index(tick, now_ns);
         if (wanted <= tick->index) wanted = tick->index + 1;
         int64_t wanted_ns = tick->start_ns + wanted * tick->period_ns;
@@ -37,7 +36,7 @@ uint32_t cb_tick_wait(struct cb_tick *tick) {
         tick->index = wanted;
         tick->woke_ns = now_ns = cb_clock_ns(tick->clock);
         tick->late_ns = tick->woke_ns - wanted_ns;
+        if (tick->worst_ns < tick->late_ns) tick->worst_ns = tick->late_ns;
     } while (tick->late_ns >= tick->period_ns);
-    if (tick->worst_ns < tick->late_ns) tick->worst_ns = tick->late_ns;
     return (uint32_t)(tick->index - before - 1);
 }

@@ -15,8 +15,8 @@ struct cb_tick {
     int64_t index;    /* of the last tick waited for, skipped ones included */
     int64_t woke_ns;  /* end of that wait */
     int64_t late_ns;  /* its lateness behind the tick: 0 … period */
-    int64_t worst_ns; /* lateness behind the first tick due in that wait, for statistics: a period
-                         or more if ticks were skipped */
+    int64_t worst_ns; /* largest lateness in that wait, of the call or of a wake-up, for statistics:
+                         a period or more if a wake-up was repeated */
 };
 
 /* Tick 1 is one period from now. */
@@ -24,8 +24,8 @@ void cb_tick_start(struct cb_tick *tick, clockid_t clock, uint32_t period_us);
 
 /* Sleeps until the next future tick. out: number of skipped ticks. When the machine oversleeps by a
  * whole period, those ticks count as skipped too, and the wait continues: a cycle never starts
- * later than one period after its tick. worst_ns keeps the lateness of the first skipped tick,
- * measured at the call or at the first wake-up. */
+ * later than one period after its tick. worst_ns keeps the largest lateness: of the call
+ * behind the first tick due, or of a wake-up behind its tick. */
 uint32_t cb_tick_wait(struct cb_tick *tick);
 
 #endif

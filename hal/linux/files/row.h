@@ -60,7 +60,7 @@ struct cb_row_channel {
 struct cb_row {
     int64_t time_us;     /* wake-up, CLOCK_BOOTTIME */
     int64_t tick;        /* index of the tick, skipped ones included */
-    int64_t late_ns;     /* lateness behind the first tick due, skipped ones included: worst_ns */
+    int64_t late_ns;     /* largest lateness in the wait, skipped ticks included: worst_ns */
     int64_t interval_ns; /* since the previous wake-up; 0 in the first row */
     int64_t exchange_us, step_us;
     uint32_t generation; /* of the coefficient file behind these signals, terms and channels */
