@@ -92,6 +92,12 @@ const edge edges[] = {
     // Torn readings have no reply; a refused probe of a serial line is in a write's place.
     {"statistics", 310383, 6000, "exception,enable,mute",
      [](cb_loop &loop) { loop.box->counters.reads_torn = 0; }},
+    // A refusal behind two probes of a serial line is uncertain.
+    {"statistics", 6000814, 20000, "exception",
+     [](cb_loop &loop) { loop.box->counters.writes_refused = 0; }},
+    // The machine is suspended before the first step of a daemon.
+    {"statistics", 8000231, 20000, "restart,suspend",
+     [](cb_loop &loop) { loop.box->counters.clock_jumps = 0; }},
     // A second reply does not hold back those behind it.
     {"look back", 310531, 6000, "twice,clock,mute",
      [](cb_loop &loop) { loop.box->plc.silent = true; }},
