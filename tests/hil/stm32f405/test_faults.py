@@ -165,8 +165,8 @@ def test_a_line_that_is_never_silent(plc, rtu, start_box):
 
 
 def test_a_plc_that_no_longer_answers(plc, rtu, start_box):
-    """Longer than HOLD lasts: the outputs have gone to zero when it answers again. Until the PLC's heartbeat has changed
-    the box may ramp what the registers still hold."""
+    """Longer than HOLD lasts: the outputs have gone to zero when it answers again. Until the PLC's heartbeat has
+    changed the box may ramp what the registers still hold."""
     plc.values = AT_REST
     with rtu() as server, start_box(quick) as box:
         wait_for(lambda: len(active(plc)) > 30)
