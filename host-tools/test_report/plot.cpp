@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/test_report/plot.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
