@@ -7,7 +7,7 @@ import time
 import urllib.error
 import urllib.request
 
-from .links import Residuals
+from .links import Residuals, is_number
 
 MODES = ("STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED")
 MOST_LINES = 1_000_000  # that wait for the database, some 100 MB; then the oldest go
@@ -20,10 +20,6 @@ def label(text):
 def line_of(metric, value, unix_s, **labels):
     text = ",".join(f"{key}={label(one)}" for key, one in labels.items())
     return f"compbox_{metric}{{{text}}} {float(value):.9g} {int(unix_s * 1000)}"
-
-
-def is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 class Lines:

@@ -19,8 +19,9 @@ def payload_of(text, signature):
     return json.dumps({"file": text, "signature": signature})
 
 
-def _is_number(value):
-    return isinstance(value, (int, float)) and math.isfinite(value)
+def is_number(value):
+    """out: whether a box reported a finite number"""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
 class Residuals:
@@ -39,9 +40,9 @@ class Residuals:
         found = []
         for count in (key for key in signals if key.startswith("probe_") and key.endswith("_n")):
             probe, value = count[6:-2].lower(), signals.get(count[:-2])
-            if not _is_number(signals[count]):
+            if not is_number(signals[count]):
                 continue
-            if self.last[name].get(probe, signals[count]) != signals[count] and _is_number(value):
+            if self.last[name].get(probe, signals[count]) != signals[count] and is_number(value):
                 found.append((probe, value))
             self.last[name][probe] = signals[count]
         return found

@@ -5,7 +5,6 @@ processes of their own, and one publisher that sends the `values` of many boxes 
 import json
 import os
 import pathlib
-import socket
 import subprocess
 import sys
 import tempfile
@@ -16,21 +15,14 @@ import urllib.request
 import paho.mqtt.client
 import psutil
 
+from fleet.demo import free_port, listens
+
 VALUES, PERIOD_S, PERIODS = 30, 10, 5
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
 
 
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
 def listening(port):
-    while True:
-        with socket.socket() as probe:
-            if probe.connect_ex(("127.0.0.1", port)) == 0:
-                return
+    while not listens(port):
         time.sleep(0.05)
 
 

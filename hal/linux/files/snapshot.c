@@ -104,24 +104,24 @@ static void put_terms(struct cb_writer *json, const struct cb_config *config,
     cb_writer_close(json);
 }
 
-/* Writes what its probe has made of one term, and the standard deviation of its value now. */
+/* Writes what its probe has made of one term, and the standard deviation of its value. */
 static void put_adapted(struct cb_writer *json, const struct cb_config *config, unsigned i,
                         const struct cb_row *row) {
     const struct cb_term_config *term = &config->terms[config->adapts[i]];
     const struct cb_adapt_config *adapt = &term->as.adapt;
     const struct cb_probe_state *probe = &row->probes[i];
-    const struct cb_adapt now = probe->filter;
+    const struct cb_adapt *filter = &probe->filter;
     cb_writer_object(json, NULL);
     cb_writer_text(json, "name", config->outputs[term->first_output].name);
     cb_writer_text(json, "of", config->outputs[adapt->output].name);
-    cb_writer_number(json, "bias_um", (double)now.bias_um);
-    cb_writer_number(json, "gain", (double)now.gain);
+    cb_writer_number(json, "bias_um", (double)filter->bias_um);
+    cb_writer_number(json, "gain", (double)filter->gain);
     cb_writer_number(json, "sigma_um", sigma_of(row, term->first_output));
-    const bool judged = now.expected_um > 0.0f;
-    cb_writer_number(json, "innovation_um", judged ? (double)now.innovation_um : (double)NAN);
-    cb_writer_number(json, "expected_um", judged ? (double)now.expected_um : (double)NAN);
-    cb_writer_number(json, "cusum", (double)cb_adapt_cusum(&now));
-    cb_writer_truth(json, "asks", now.asked == 1);
+    const bool judged = filter->expected_um > 0.0f;
+    cb_writer_number(json, "innovation_um", judged ? (double)filter->innovation_um : (double)NAN);
+    cb_writer_number(json, "expected_um", judged ? (double)filter->expected_um : (double)NAN);
+    cb_writer_number(json, "cusum", (double)cb_adapt_cusum(filter));
+    cb_writer_truth(json, "asks", filter->asked == 1);
     cb_writer_whole(json, "taken", probe->taken);
     cb_writer_whole(json, "asked", probe->asked);
     cb_writer_whole(json, "refused", probe->refused);
