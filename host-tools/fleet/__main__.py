@@ -80,8 +80,8 @@ def run_train(arguments):
             else:
                 print("every job is done")
             return
-        print_ended(training.train(registry, rows, engines.dask(arguments.scheduler, arguments.workers), progress),
-                    registry)
+        engine = engines.dask(arguments.scheduler) if arguments.scheduler else engines.here(arguments.workers)
+        print_ended(training.train(registry, rows, engine, progress), registry)
 
 
 def run_job(arguments):
@@ -273,7 +273,7 @@ def add_training(add):
             command.add_argument("--json", action="store_true", help="print the result as JSON")
             continue
         command.add_argument("--workers", type=positive, default=os.cpu_count(), metavar="N",
-                             help="processes on this computer (as many as there are processors)")
+                             help="jobs at once on this computer (as many as there are processors)")
         command.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler, as tcp://host:8786")
         command.add_argument("--slurm", metavar="DIR", help="write an array script for sbatch instead")
     command = add("run-job", run_job, "Run one task of a Slurm array", "DIR 0")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Who runs the jobs: Dask on this computer or behind a scheduler, or the array of a Slurm cluster."""
+"""Who runs the jobs: this computer, workers behind a Dask scheduler, or the array of a Slurm cluster."""
 
+import concurrent.futures
 import itertools
 import json
 import os
@@ -25,9 +26,26 @@ def run_or_lose(job, *texts):
         return {"lost": str(error)}
 
 
-def dask(scheduler, workers):
-    """in: address of a scheduler, as tcp://host:8786; without one a cluster of so many workers on this computer.
-    out: an engine of training.train()"""
+def here(workers):
+    """in: jobs at once on this computer. out: an engine of training.train()"""
+    def engine(given):
+        with concurrent.futures.ThreadPoolExecutor(workers) as pool:  # a job is a process of compbox, and waits for it
+            given, running = iter(given), {}
+            try:
+                while True:
+                    for key, *what in itertools.islice(given, 2 * workers - len(running)):
+                        running[pool.submit(run_or_lose, *what)] = key
+                    if not running:
+                        return
+                    for future in concurrent.futures.wait(running, return_when="FIRST_COMPLETED").done:
+                        yield running.pop(future), future.result()
+            finally:
+                pool.shutdown(cancel_futures=True)
+    return engine
+
+
+def dask(scheduler):
+    """in: address of a scheduler, as tcp://host:8786. out: an engine of training.train()"""
     def engine(given):
         try:
             import cloudpickle
@@ -41,24 +59,18 @@ def dask(scheduler, workers):
         dask.config.set({"distributed.scheduler.allowed-failures": DEATHS})
         _knock(scheduler)
         try:
-            cluster = None if scheduler else distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, dashboard_address=None, memory_limit=0, silence_logs=50)
-            client = distributed.Client(scheduler or cluster, timeout=10)
+            client = distributed.Client(scheduler, timeout=10)
         except OSError as error:
             raise FleetError(f"{scheduler}: is no Dask scheduler: {error}") from error
         try:
             yield from _in_flight(distributed, client, run_there, given)
         finally:
             client.close()
-            if cluster:
-                cluster.close()
     return engine
 
 
 def _knock(scheduler):
     """Throws FleetError at once if no scheduler listens; Dask's client would try for long."""
-    if not scheduler:
-        return
     try:
         where = urllib.parse.urlsplit(scheduler)
         socket.create_connection((where.hostname, where.port or 8786), 5).close()
