@@ -3,7 +3,7 @@
 import re
 
 import machine
-from following import active, best_of_five, counters_of, replayed, start_with_trace, wait_for
+from following import active, replayed, start_with_trace, wait_for
 from machine import ACTIVE
 from simulator import Simulator
 
@@ -42,11 +42,19 @@ def holds(write, um):
     return all(abs(write.um[name] - um[name]) <= machine.resolution_um(machine.CHANNELS[name]) for name in um)
 
 
-def outside_active(plc, count):
-    """Number of the next writes with another mode than ACTIVE."""
-    mark = len(plc.writes)
-    wait_for(lambda: len(plc.writes) > mark + count)
-    return sum(w.mode != ACTIVE for w in plc.writes[mark:mark + count])
+def bus_counters(box):
+    since = box.console.mark()
+    box.console.command("wires")
+    return {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", box.console.wait("bus:", since))}
+
+
+def writes_beside_timeouts(box, plc):
+    """A module that is late costs 120 ms, four cycles. out: whether the PLC got more than two writes in each, over the
+    next ten or more; it would get one if its exchange waited for them. An emulator that stands still makes it fewer."""
+    before, mark = bus_counters(box)["timeouts"], len(plc.writes)
+    wait_for(lambda: bus_counters(box)["timeouts"] >= before + 10)
+    writes = len(plc.writes) - mark
+    return writes > 2 * (bus_counters(box)["timeouts"] - before)
 
 
 def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, start_box, tmp_path):
@@ -67,17 +75,11 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
 
         modules.command("late 3 400")                                # slower than it may be
         modules.command("late 4 400")
-        assert best_of_five(lambda: outside_active(plc, 40), 4) <= 4, "the PLC's exchange waits for them"
-        counters, since = counters_of(box), box.console.mark()
-        box.console.command("wires")
-        line = box.console.wait("bus:", since)
-    reported = {name: int(count) for name, count in re.findall(r"(\w+)=(\d+)", line)}
-    assert reported["timeouts"] > 3 and reported["replies"] > 20, line
-    assert "missed_ticks" not in counters, counters
+        wait_for(lambda: writes_beside_timeouts(box, plc), 300, lambda: "the PLC's exchange waits for them")
+        assert bus_counters(box)["replies"] > 20
     since_s = active(plc)[0].time_s
     others = [w for w in plc.writes if w.time_s > since_s and w.mode != ACTIVE]
     # A busy machine lets the emulator stand still in the middle of the PLC's replies, which then are none: a loss, and
     # behind a long one the wait for permit resume.
     assert {w.reason for w in others} <= {NO_PLC, HEARTBEAT, WAIT_ENABLE, UNCONFIRMED}, others
-    assert len(others) <= len(plc.writes) // 4, "more than what a busy machine costs"
     assert replayed(box, tmp_path)["active"] > 100
