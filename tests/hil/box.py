@@ -61,7 +61,7 @@ class Box:
         self.process.send_signal(signal_number)
         self.wait()
 
-    def wait(self, timeout_s=60):
+    def wait(self, timeout_s=300):
         _, self.log = self.process.communicate(timeout=timeout_s)
         self.code = self.process.returncode
 
@@ -82,7 +82,7 @@ class Box:
         return steps_of(self.inputs_file)
 
 
-def until(condition, timeout_s=60, every_s=0.02):
+def until(condition, timeout_s=300, every_s=0.02):
     """Waits for the condition; out: what it returned. The time bounds a hang, it judges nothing."""
     end = time.monotonic() + timeout_s
     while True:
@@ -93,7 +93,7 @@ def until(condition, timeout_s=60, every_s=0.02):
         time.sleep(every_s)
 
 
-def run(*arguments, timeout_s=60):
+def run(*arguments, timeout_s=300):
     """compboxd with these arguments; out: exit code, stdout, stderr."""
     done = subprocess.run([*PROGRAM, *arguments], capture_output=True, text=True, timeout=timeout_s)
     return done.returncode, done.stdout, done.stderr

@@ -48,7 +48,7 @@ class FakePlc:
         return {key: float(value) for key, value in
                 (word.split("=") for word in self.command("status").split())}
 
-    def wait(self, condition, timeout_s=60):
+    def wait(self, condition, timeout_s=300):
         """Waits for a status that meets the condition; fails with the last one."""
         until = time.monotonic() + timeout_s
         while True:

@@ -25,7 +25,7 @@ class Plc(PlcMemory):
 
     # What tests wait for.
 
-    def wait(self, condition, timeout_s=60):
+    def wait(self, condition, timeout_s=300):
         """Waits for a write that meets the condition, from now on; fails with the last one."""
         with self.lock:
             seen = len(self.writes)

@@ -86,7 +86,7 @@ class PlcMemory:
 
     # What tests wait for: wait(condition, timeout_s) belongs to the clock, so each Plc has its own.
 
-    def wait_mode(self, mode, timeout_s=60):
+    def wait_mode(self, mode, timeout_s=300):
         return self.wait(lambda write: write.mode == mode, timeout_s)
 
     def wait_writes(self, count):

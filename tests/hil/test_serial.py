@@ -46,7 +46,7 @@ class FakePlc:
         return float(words["applied_X"])
 
 
-def reaches(plc, um, timeout_s=60):
+def reaches(plc, um, timeout_s=300):
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         if abs(plc.applied_um - um) < 0.1:

@@ -50,7 +50,7 @@ class Console:
     def command(self, line):
         self.socket.sendall(line.encode() + b"\n")
 
-    def wait(self, pattern, since=0, timeout_s=60):
+    def wait(self, pattern, since=0, timeout_s=300):
         """The first line from `since` on that fits; fails with what came."""
         until = time.monotonic() + timeout_s
         while True:
@@ -67,7 +67,7 @@ class Console:
             return len(self.lines)
 
 
-def connected(path, timeout_s=60):
+def connected(path, timeout_s=300):
     until = time.monotonic() + timeout_s
     while True:
         try:

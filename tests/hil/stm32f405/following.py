@@ -14,7 +14,7 @@ def active(plc):
     return [w for w in plc.writes if w.mode == ACTIVE]
 
 
-def wait_for(condition, timeout_s=60, or_say=lambda: "it never came to it"):
+def wait_for(condition, timeout_s=300, or_say=lambda: "it never came to it"):
     until = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < until, or_say()

@@ -75,7 +75,7 @@ def test_temperatures_arrive_and_a_lost_module_costs_its_term_alone(plc, rtu, st
 
         modules.command("late 3 400")                                # slower than it may be
         modules.command("late 4 400")
-        wait_for(lambda: writes_beside_timeouts(box, plc), 300, lambda: "the PLC's exchange waits for them")
+        wait_for(lambda: writes_beside_timeouts(box, plc), or_say=lambda: "the PLC's exchange waits for them")
         assert bus_counters(box)["replies"] > 20
     since_s = active(plc)[0].time_s
     others = [w for w in plc.writes if w.time_s > since_s and w.mode != ACTIVE]
