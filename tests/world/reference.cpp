@@ -17,8 +17,7 @@ using nlohmann::json;
 using numbers = std::vector<double>;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double float_eps = 6e-8;           // of one rounding to 24 bits
-constexpr double fastest_axis_per_s = 1500;  // of the machines that are drawn; what is faster lies
+constexpr double float_eps = 6e-8;  // of one rounding to 24 bits
 
 double seconds_of(time_ns ns) {
     return 1e-9 * static_cast<double>(ns);
@@ -94,6 +93,7 @@ reference_box::reference_box(const machine &of) : period_ns_(of.period_us * us) 
         lead_s_ = 1e-3 * lead.get<double>();
     }
     counts_beats_ = line_s > 0;
+    scan_s_ = of.twin.plc.scan_s;
     take_signals(root);
     take_terms(root);
     for (const auto &channel : root.at("channels")) {
@@ -264,42 +264,91 @@ void reference_box::start() {
     knows_ = true;
     for (auto &one : signals_) {
         one.known = false;
-        one.velocity = one.fastest = 0;
+        one.velocity = one.velocity_near = one.doubt = 0;
     }
     for (auto &one : lags_) one.known = false;
     for (auto &one : plays_) one.known = false;
     std::fill(hidden_.begin(), hidden_.end(), unknown);
 }
 
+// out: whether the box takes a value, where it has its own roundings or time of the reading
+static verdict verdict_of(double beyond, double near) {
+    if (std::fabs(beyond) < near) return verdict::either;
+    return beyond > 0 ? verdict::refused : verdict::taken;
+}
+
+verdict reference_box::judge_range(const signal &of, double value) {
+    const double largest = std::max(std::fabs(of.min), std::fabs(of.max));
+    const double beyond = std::max(value - of.max, of.min - value);
+    return std::isnan(beyond) ? verdict::refused
+                              : verdict_of(beyond - 2.5e-7 * largest, 3 * float_eps * largest);
+}
+
+// in : an accepted value, and its time
+verdict reference_box::judge_rate(const signal &of, double change, time_ns apart_ns) {
+    if (of.rate_per_s == 0) return verdict::taken;
+    const double most = of.rate_per_s * seconds_of(apart_ns) + of.unit;
+    return verdict_of(std::fabs(change) - most, 0.02 + 1e-3 * most);
+}
+
 // A value outside of its range, or faster than its rate since the last one, is refused.
 void reference_box::accept(signal &of, double value, time_ns at) {
-    const double slack = 2.5e-7 * std::max(std::fabs(of.min), std::fabs(of.max));
-    if (!(value >= of.min - slack && value <= of.max + slack)) {
-        knows_ = knows_ && !of.leads;
-        return;
+    verdict taken = judge_range(of, value);
+    if (taken == verdict::refused) return;
+    if (of.known) {
+        const verdict slow = judge_rate(of, value - of.value, at - of.at_ns);
+        // If the box has another past, both have to agree.
+        if (of.doubt > 0 && judge_rate(of, value - of.other, at - of.other_ns) != slow)
+            knows_ = false;
+        if (slow == verdict::refused) return;
+        if (slow == verdict::either) taken = slow;
     }
-    const double apart_s = seconds_of(at - of.at_ns), change = value - of.value;
-    if (of.known && of.rate_per_s > 0) {
-        const double most = of.rate_per_s * apart_s + of.unit;
-        // The box has a time of its own, a little later.
-        if (std::fabs(std::fabs(change) - most) < 0.02 + 1e-3 * most) knows_ = false;
-        if (std::fabs(change) > most) return;
-    }
-    const bool follows = of.known && at - of.at_ns <= 3 * period_ns_ && apart_s > 0;
-    const double measured = follows ? change / apart_s : 0;
-    if (of.leads && std::fabs(measured) > fastest_axis_per_s) knows_ = false;
-    of.velocity = follows ? of.velocity + (measured - of.velocity) / 3 : 0;
-    of.fastest = std::max(std::fabs(measured), 0.7 * of.fastest);
-    of.before = of.known ? of.value : value;
-    of.before_ns = of.known ? of.at_ns : at;
+    const double was = of.doubt, change = of.known ? value - of.value : 0;
+    if (taken == verdict::either && (!of.known || was > 0)) knows_ = false;
+    of.doubt = taken == verdict::either ? std::fabs(change) : 0;
+    if (of.known && of.leads) move(of, change, at, std::max(of.doubt, was));
+    of.other = of.value;
+    of.other_ns = taken == verdict::either ? of.at_ns : at;
+    of.before = value - change;
     of.value = std::clamp(value, of.min, of.max);
     of.at_ns = at;
     of.known = true;
 }
 
+// A velocity by two accepted values: filtered, and 0 behind three periods.
+void reference_box::move(signal &of, double change, time_ns at, double doubt) const {
+    constexpr time_ns stamped = ms / 2;  // between the request and the box's time of it
+    const time_ns apart_ns = at - of.at_ns, longest_ns = 3 * period_ns_;
+    if (apart_ns <= 0) return;
+    const double by_clock = change / seconds_of(apart_ns);
+    if (doubt > 0) {
+        of.velocity += (by_clock - of.velocity) / 3;
+        of.velocity_near +=
+            std::fabs(of.velocity) + std::fabs(by_clock) + doubt / seconds_of(apart_ns);
+        return;
+    }
+    if (counts_beats_ && of.at_ns == before_ns_ && apart_ns < longest_ns) {
+        // Within a quarter of a change by the PLC's count it may be filtered too. Without a new
+        // beat the position is the same.
+        if (beats_ == 0) return;
+        const double by_beats = change / (static_cast<double>(beats_) * scan_s_);
+        of.velocity = by_beats;
+        of.velocity_near = 0.22 * std::max(std::fabs(by_beats), std::fabs(by_clock)) +
+                           std::fabs(by_beats - by_clock);
+        return;
+    }
+    of.velocity += (by_clock - of.velocity) / 3;
+    of.velocity_near *= 2.0 / 3;
+    if (apart_ns > longest_ns + stamped) of.velocity = of.velocity_near = 0;
+    if (std::llabs(apart_ns - longest_ns) <= stamped) of.velocity_near += std::fabs(of.velocity);
+}
+
 void reference_box::read(const machine &of, const exchange &seen, time_ns sent) {
+    const std::uint16_t beat = head_of(of, seen).heartbeat;
+    beats_ = static_cast<std::uint16_t>(beat - std::exchange(beat_, beat));
     for (const fakeplc::shown_signal &shown : of.map.signals)
         accept(signals_[place_of(shown.name)], signal_in(of, shown, seen), sent);
+    before_ns_ = sent;
     follow();
 }
 
@@ -313,6 +362,7 @@ void reference_box::follow() {
         const signal &of = signals_[one.of];
         if (!of.known || (one.known && of.at_ns == one.at_ns)) continue;
         const double u = std::pow(of.value, static_cast<int>(one.power));
+        const double doubt = one.power == 1 ? of.doubt : 2 * std::fabs(of.max) * of.doubt;
         if (!one.known) {
             one.y = u;
         } else {  // exact for an input that is linear between its values
@@ -321,11 +371,12 @@ void reference_box::follow() {
             const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
             one.y += gain * (one.u - one.y) + ramp * (u - one.u);
             constexpr double most_apart_s = 0.2;
-            one.near -= gain * one.near;
+            one.near += gain * (std::max(one.doubt, doubt) - one.near);
             if (!of.from_plc)
                 one.near += std::fabs(u - one.u) * std::min(1.0, most_apart_s / one.tau_s);
         }
         one.u = u;
+        one.doubt = doubt;
         one.at_ns = of.at_ns;
         one.known = true;
         if (one.to >= signals_.size()) {
@@ -335,7 +386,9 @@ void reference_box::follow() {
         }
         signal &to = signals_[one.to];
         to.value = to.before = one.y;
-        to.at_ns = to.before_ns = of.at_ns;
+        to.at_ns = of.at_ns;
+        to.doubt = one.near;
+        to.other_ns = of.other_ns;
         to.max_age_ns = of.max_age_ns;
         to.known = true;
     }
@@ -343,6 +396,7 @@ void reference_box::follow() {
         const signal &of = signals_[one.of];
         double &b = hidden_[one.to - signals_.size()];
         if (!of.known) continue;
+        if (of.doubt > 0) knows_ = false;
         b = one.known ? std::clamp(b + 2 * (of.value - one.x) / one.width, -1.0, 1.0) : 0;
         one.x = of.value;
         one.known = true;
@@ -355,17 +409,15 @@ void reference_box::look(time_ns now) {
     used_.clear();
     unsure_.clear();
     for (const signal &one : signals_) {
-        // The box looks some time after the request, and a period may be between its look and this
-        // one.
-        const bool old = !one.known || now - one.at_ns > one.max_age_ns - period_ns_;
+        // The box looks within its exchange, four fifths of a period behind the request.
+        const bool old = !one.known || now - one.other_ns > one.max_age_ns - 17 * period_ns_ / 20;
         double value = old ? unknown : one.value;
-        double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value));
-        if (one.leads && now - one.at_ns <= 3 * period_ns_) {
-            const double fastest = std::fabs(one.velocity) + (counts_beats_ ? 2 * one.fastest : 0);
+        double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value)) + one.doubt;
+        if (one.leads) {
             value = std::clamp(value + one.velocity * lead_s_, one.min, one.max);
             near +=
                 std::fabs(one.velocity) * lead_unsure_s_ + 0.01 * std::fabs(one.velocity) * lead_s_;
-            if (counts_beats_) near += fastest * (lead_s_ + lead_unsure_s_);
+            near += one.velocity_near * (lead_s_ + lead_unsure_s_);
         }
         if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
         // A sample waits for the next step of the box.

@@ -31,6 +31,9 @@ struct judged_number {
     double value, near;
 };
 
+// Of a value; either: it is at the edge of what the box takes.
+enum class verdict { taken, refused, either };
+
 class reference_box {
   public:
     explicit reference_box(const machine &of);
@@ -41,8 +44,8 @@ class reference_box {
     void read(const machine &of, const exchange &seen, time_ns sent);
     // A sample of a sensor on a wire of its own.
     void sample(const std::string &signal, double value, time_ns at);
-    // Whether the box has the same past: not since a value was at the edge of what it takes, or a
-    // position lied.
+    // Whether the box has the same past: not where values at the edge of what it takes leave more
+    // than two.
     bool knows() const { return knows_; }
     // Takes all that was read before `now` for the two below.
     void look(time_ns now);
@@ -62,8 +65,12 @@ class reference_box {
         // of the newest value that the box accepts
         bool known = false;
         double value = 0, before = 0;
-        time_ns at_ns = 0, before_ns = 0;
-        double velocity = 0, fastest = 0;  // as the box filters it; the largest of the last three
+        time_ns at_ns = 0;
+        double velocity = 0, velocity_near = 0;  // as the box filters it, and how far it may be off
+        // At the edge of what it takes the box may have kept the value before: so far from this
+        // one, and as old.
+        double doubt = 0, other = 0;
+        time_ns other_ns = 0;
     };
     struct lag {
         std::size_t of, to;  // places in values
@@ -71,7 +78,8 @@ class reference_box {
         unsigned power;
         bool known = false;
         double y = 0, u = 0;
-        double near = 0;  // by the times of samples, of which the box has its own
+        double near = 0;   // by the times of samples, of which the box has its own, and by doubt
+        double doubt = 0;  // of u
         time_ns at_ns = 0;
     };
     struct play {
@@ -90,6 +98,9 @@ class reference_box {
     function bank_of(const nlohmann::json &bank);
     function network_of(const nlohmann::json &net) const;
     void accept(signal &of, double value, time_ns at);
+    void move(signal &of, double change, time_ns at, double doubt) const;
+    static verdict judge_range(const signal &of, double value);
+    static verdict judge_rate(const signal &of, double change, time_ns apart_ns);
     void follow();
     double sum_of(std::size_t channel, const values &at) const;
 
@@ -103,7 +114,10 @@ class reference_box {
     values used_, unsure_;  // what the terms take, and how far the box's may be from it
     time_ns period_ns_ = 0;
     double lead_s_ = 0, lead_unsure_s_ = 0;
-    bool counts_beats_ = false;  // velocities by the PLC's count
+    bool counts_beats_ = false;           // velocities by the PLC's count …
+    double scan_s_ = 0;                   // … of its scans
+    std::uint16_t beat_ = 0, beats_ = 0;  // of the newest reading, and since the one before
+    time_ns before_ns_ = 0;               // the reading before
     bool knows_ = true;
 };
 

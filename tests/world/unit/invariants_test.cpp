@@ -193,6 +193,7 @@ TEST(events, a_file_that_lost_its_lines_is_found) {
 struct wrong_arithmetic {
     const char *name;
     defect planted;
+    const char *faults = "none";
 };
 
 template <typename Change>
@@ -219,6 +220,12 @@ const wrong_arithmetic arithmetic[] = {
     {"another_number_of_a_curve", to_config([](cb_config &config) {
          for (float &number : config.pool) number *= 1.002F;
      })},
+    {"a_position_beyond_its_range", to_signals([](cb_signal_config &one) {
+         if (one.leads) one.max += 1000;
+     }),
+     "sensors"},
+    {"no_largest_rate", to_signals([](cb_signal_config &one) { one.rate_per_s = 1e9F; }),
+     "sensors"},
 };
 
 void PrintTo(const wrong_arithmetic &of, std::ostream *out) {
@@ -231,6 +238,7 @@ class reference_finds : public testing::TestWithParam<wrong_arithmetic> {};
 TEST_P(reference_finds, a_planted_defect) {
     run_options options;
     options.cycles = 1500;
+    options.faults = fault_set_of(GetParam().faults);
     int found = 0;
     for (options.seed = 1; options.seed <= 40 && found == 0; ++options.seed) {
         options.prepare = {};
