@@ -114,6 +114,15 @@ bool draws_any(const run &of, std::initializer_list<fault_kind> kinds) {
                        [&of](fault_kind kind) { return draws(of, kind); });
 }
 
+bool hides_exchanges(const run &of) {
+    return longest_lag(of) != 0 ||
+           draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                          fault_kind::boundary, fault_kind::foreign, fault_kind::mute,
+                          fault_kind::exception, fault_kind::wire, fault_kind::line,
+                          fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                          fault_kind::partial, fault_kind::stray, fault_kind::plc_stop});
+}
+
 time_ns longest_lag(const run &of) {
     if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
     return draws_any(of, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,

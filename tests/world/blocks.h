@@ -74,5 +74,7 @@ time_ns longest_lag(const run &of);
 // Whether the run draws a kind of fault.
 bool draws(const run &of, fault_kind kind);
 bool draws_any(const run &of, std::initializer_list<fault_kind> kinds);
+// Whether faults leave unknown which readings, files and time a box has.
+bool hides_exchanges(const run &of);
 
 }  // namespace compbox::world

@@ -18,6 +18,7 @@ invariants all_invariants(run &of) {
     add_foreign(of, all);
     add_reloads(of, all);
     add_models(of, all);
+    add_adapted(of, all);
     add_reference(of, all);
     return all;
 }

@@ -70,6 +70,7 @@ void add_files(run &of, invariants &all);      // invariants_files.cpp
 void add_foreign(run &of, invariants &all);    // invariants_foreign.cpp
 void add_reloads(run &of, invariants &all);    // invariants_reloads.cpp
 void add_models(run &of, invariants &all);     // invariants_models.cpp
+void add_adapted(run &of, invariants &all);    // invariants_adapted.cpp
 void add_reference(run &of, invariants &all);  // invariants_reference.cpp
 
 invariants all_invariants(run &of);

@@ -277,43 +277,6 @@ class models_invariant : public invariant {
     time_ns sent_ns_ = 0, arrived_ns_ = 0;
 };
 
-// A term that adapts stays within bias_max + gain_max |m| of its model m, whatever the probe says:
-// by each snapshot that is written.
-class adapted_invariant : public invariant {
-  public:
-    explicit adapted_invariant(run &of) : invariant(of, "adapted") {
-        // Another file may have other bounds, and a bit may flip in those of this one.
-        if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
-        const json root = json::parse(of.box_machine.text);
-        for (const auto &term : root.at("terms"))
-            if (term.at("type") == "adapt") adapts_.push_back(term);
-    }
-    void file_written(const std::string &path, const node &file) override {
-        if (adapts_.empty() || path != run::snapshot_path) return;
-        const json snapshot = json::parse(file.bytes, nullptr, false);
-        if (!snapshot.is_object() || !snapshot.contains("terms")) return;
-        for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
-    }
-
-  private:
-    static std::optional<double> value_in(const json &terms, const std::string &name) {
-        for (const auto &term : terms)
-            if (term.at("name") == name && term.at("value").is_number()) return term.at("value");
-        return std::nullopt;
-    }
-    void judge(const json &term, const json &terms) {
-        const auto y = value_in(terms, term.at("name")), m = value_in(terms, term.at("of"));
-        if (!y || !m) return;
-        const double most = term.at("bias_max_um").get<double>() +
-                            term.at("gain_max").get<double>() * std::fabs(*m);
-        if (std::fabs(*y - *m) <= most * (1 + 1e-5) + 1e-5 * std::fabs(*m) + 1e-6) return;
-        violated(fmt::format("the adapted term is {} um and its model {} um, further apart than {}",
-                             *y, *m, most));
-    }
-
-    std::vector<json> adapts_;
-};
-
 // A term that states a sigma is never surer than its floor, and one that states none is silent.
 class sigma_invariant : public invariant {
   public:
@@ -469,7 +432,6 @@ class slope_invariant : public invariant {
 
 void add_models(run &of, invariants &all) {
     all.push_back(std::make_unique<models_invariant>(of));
-    all.push_back(std::make_unique<adapted_invariant>(of));
     all.push_back(std::make_unique<sigma_invariant>(of));
     all.push_back(std::make_unique<slope_invariant>(of));
 }

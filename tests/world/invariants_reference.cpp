@@ -23,14 +23,7 @@ namespace {
 class reference_invariant : public invariant {
   public:
     explicit reference_invariant(run &of) : invariant(of, "reference") {
-        const bool disturbed =
-            longest_lag(of) != 0 ||
-            draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                           fault_kind::boundary, fault_kind::foreign, fault_kind::mute,
-                           fault_kind::exception, fault_kind::wire, fault_kind::line,
-                           fault_kind::loss, fault_kind::reset, fault_kind::tear,
-                           fault_kind::partial, fault_kind::stray, fault_kind::plc_stop});
-        if (!disturbed) box_.emplace(of.box_machine);
+        if (!hides_exchanges(of)) box_.emplace(of.box_machine);
         samples_arrive_ = !draws(of, fault_kind::can);
     }
     void started() override {

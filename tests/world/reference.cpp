@@ -436,24 +436,46 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
     return sum;
 }
 
-judged_number reference_box::judged_um(std::size_t channel) const {
+judged_number reference_box::judged_sum(const std::vector<function> &outputs) const {
     values at = used_;
-    const double sum = sum_of(channel, at);
+    const auto sum_at = [&outputs, &at] {
+        double sum = 0;
+        for (const function &output : outputs) sum += output(at);
+        return sum;
+    };
+    const double sum = sum_at();
     if (std::isnan(sum)) return {unknown, 0};
     double near = 2e-3;
-    for (const function &output : sums_[channel]) near += 2e-5 * std::fabs(output(at));
+    for (const function &output : outputs) near += 2e-5 * std::fabs(output(at));
     for (std::size_t i = 0; i < at.size(); ++i) {
         if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
         const double there = at[i];
         double most = 0;
         for (const double share : {-1.0, -0.5, 0.5, 1.0}) {
             at[i] = there + share * unsure_[i];
-            most = std::max(most, std::fabs(sum_of(channel, at) - sum));
+            most = std::max(most, std::fabs(sum_at() - sum));
         }
         at[i] = there;
         near += 1.2 * most;
     }
-    return {-sum, near};
+    return {sum, near};
+}
+
+judged_number reference_box::judged_um(std::size_t channel) const {
+    const judged_number sum = judged_sum(sums_[channel]);
+    return {-sum.value, sum.near};
+}
+
+judged_number reference_box::judged(const std::vector<std::string> &outputs) const {
+    std::vector<function> found;
+    for (const std::string &name : outputs) found.push_back(outputs_.at(name));
+    return judged_sum(found);
+}
+
+std::optional<double> reference_box::newest(const std::string &name, time_ns at) const {
+    const signal &of = signals_[place_of(name)];
+    if (!of.known || of.at_ns != at || of.doubt > 0) return std::nullopt;
+    return of.value;
 }
 
 }  // namespace compbox::world

@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,6 +54,10 @@ class reference_box {
     double wanted_um(std::size_t channel) const { return -sum_of(channel, used_); }
     // The same, and how far the box's may be from it.
     judged_number judged_um(std::size_t channel) const;
+    // The sum of these outputs of terms, likewise.
+    judged_number judged(const std::vector<std::string> &outputs) const;
+    // out: the value of a reading at that time, if the box accepts it for sure
+    std::optional<double> newest(const std::string &signal, time_ns at) const;
 
   private:
     using values = std::vector<double>;  // of signals, then of hidden_
@@ -103,6 +108,7 @@ class reference_box {
     static verdict judge_rate(const signal &of, double change, time_ns apart_ns);
     void follow();
     double sum_of(std::size_t channel, const values &at) const;
+    judged_number judged_sum(const std::vector<function> &outputs) const;
 
     std::vector<signal> signals_;
     std::vector<lag> lags_;

@@ -194,12 +194,21 @@ struct wrong_arithmetic {
     const char *name;
     defect planted;
     const char *faults = "none";
+    const char *invariant = "reference";
 };
 
 template <typename Change>
 defect to_signals(Change change) {
     return to_config([change](cb_config &config) {
         for (unsigned i = 0; i < config.signals_count; ++i) change(config.signals[i]);
+    });
+}
+
+template <typename Change>
+defect to_filters(Change change) {
+    return to_config([change](cb_config &config) {
+        for (unsigned i = 0; i < config.adapts_count; ++i)
+            change(config.terms[config.adapts[i]].as.adapt.settings);
     });
 }
 
@@ -226,6 +235,17 @@ const wrong_arithmetic arithmetic[] = {
      "sensors"},
     {"no_largest_rate", to_signals([](cb_signal_config &one) { one.rate_per_s = 1e9F; }),
      "sensors"},
+    {"a_noisier_probe", to_filters([](cb_adapt_settings &with) { with.sigma_um *= 2; }), "none",
+     "probes"},
+    {"a_longer_step", to_filters([](cb_adapt_settings &with) { with.step_max_um *= 2; }), "none",
+     "probes"},
+    {"a_longer_interval", to_filters([](cb_adapt_settings &with) { with.min_interval_s = 3600; }),
+     "none", "probes"},
+    {"a_probe_of_the_whole_error", to_config([](cb_config &config) {
+         for (unsigned i = 0; i < config.adapts_count; ++i)
+             config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
+     }),
+     "none", "probes"},
 };
 
 void PrintTo(const wrong_arithmetic &of, std::ostream *out) {
@@ -245,7 +265,8 @@ TEST_P(reference_finds, a_planted_defect) {
         ASSERT_TRUE(run_isolated(options).violations.empty()) << options.seed;
         options.prepare = [](run &world) { plant(world, GetParam().planted); };
         const run_result result = run_isolated(options);
-        found += !result.violations.empty() && result.violations[0].invariant == "reference";
+        found +=
+            !result.violations.empty() && result.violations[0].invariant == GetParam().invariant;
     }
     EXPECT_EQ(found, 1);
 }

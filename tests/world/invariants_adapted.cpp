@@ -1,0 +1,397 @@
+// SPDX-License-Identifier: MIT
+// Terms that adapt (docs/coefficient-file.md, "adapt"), by each snapshot: their bounds, and what
+// each probe makes of them. The filter is computed here in double precision, with its covariance
+// as a matrix. It follows the box's b and g from probe to probe, so nothing accumulates in them.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/reference.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+
+std::optional<double> number_at(const json &entries, const std::string &name, const char *key) {
+    for (const auto &entry : entries)
+        if (entry.at("name") == name && entry.at(key).is_number()) return entry.at(key);
+    return std::nullopt;
+}
+
+// A term that adapts stays within bias_max + gain_max |m| of its model m, whatever the probe says.
+class adapted_invariant : public invariant {
+  public:
+    explicit adapted_invariant(run &of) : invariant(of, "adapted") {
+        // Another file may have other bounds, and a bit may flip in those of this one.
+        if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
+        const json root = json::parse(of.box_machine.text);
+        for (const auto &term : root.at("terms"))
+            if (term.at("type") == "adapt") adapts_.push_back(term);
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (adapts_.empty() || path != run::snapshot_path) return;
+        const json snapshot = json::parse(file.bytes, nullptr, false);
+        if (!snapshot.is_object() || !snapshot.contains("terms")) return;
+        for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
+    }
+
+  private:
+    void judge(const json &term, const json &terms) {
+        const auto y = number_at(terms, term.at("name"), "value");
+        const auto m = number_at(terms, term.at("of"), "value");
+        if (!y || !m) return;
+        const double most = term.at("bias_max_um").get<double>() +
+                            term.at("gain_max").get<double>() * std::fabs(*m);
+        if (std::fabs(*y - *m) <= most * (1 + 1e-5) + 1e-5 * std::fabs(*m) + 1e-6) return;
+        violated(fmt::format("the adapted term is {} um and its model {} um, further apart than {}",
+                             *y, *m, most));
+    }
+
+    std::vector<json> adapts_;
+};
+
+// The settings of a term, by the names of their keys.
+struct filter_settings {
+    double bias_max, gain_max, step_max, drift, gain_drift, sigma, min_interval_s;
+    explicit filter_settings(const json &term)
+        : bias_max(term.at("bias_max_um")),
+          gain_max(term.at("gain_max")),
+          step_max(term.at("step_max_um")),
+          drift(term.at("drift_um_per_sqrt_h")),
+          gain_drift(term.at("gain_drift_per_sqrt_h")),
+          sigma(term.at("sigma_um")),
+          min_interval_s(term.value("min_interval_s", 0.0)) {}
+    // out: variances that an hour adds to b and, by m, to g m
+    double drift_at(double m) const { return drift * drift + gain_drift * gain_drift * m * m; }
+};
+
+// What the snapshot has of the filter.
+struct filter_state {
+    double b = 0, g = 0;
+    std::optional<double> innovation, expected;  // of the probe that was judged last
+    unsigned taken = 0, asked = 0, refused = 0;
+    bool asks = false;
+    unsigned probes() const { return taken + asked + refused; }
+};
+
+// The covariance of b and g.
+struct covariance {
+    double bb = 1, bg = 0, gg = 0.25;
+    double along(double m) const { return bb + 2 * bg * m + gg * m * m; }
+    void grow(const filter_settings &by, double hours) {
+        bb += by.drift * by.drift * hours;
+        gg += by.gain_drift * by.gain_drift * hours;
+    }
+};
+
+// A movement of b and g by an innovation.
+struct filter_step {
+    double bias_by, gain_by;  // within bounds and step_max
+    double share;             // of the movement that step_max leaves, 0 … 1
+};
+
+// One step of the Kalman filter at m, for an innovation with the variance s. The pair goes into its
+// bounds, and then as far towards that as step_max allows.
+filter_step step_of(const filter_settings &with, const filter_state &from, const covariance &p,
+                    double m, double s, double innovation) {
+    const double b = from.b + (p.bb + p.bg * m) / s * innovation;
+    const double g = from.g + (p.bg + p.gg * m) / s * innovation;
+    const double bias_by = std::clamp(b, -with.bias_max, with.bias_max) - from.b;
+    const double gain_by = std::clamp(g, -with.gain_max, with.gain_max) - from.g;
+    const double way = std::fabs(bias_by + gain_by * m);
+    const double share = way > with.step_max ? with.step_max / way : 1;
+    return {share * bias_by, share * gain_by, share};
+}
+
+// P - c (2 - c) K S K', with the share c of the gain K that was used
+covariance narrowed(const covariance &p, double m, double s, double share) {
+    const double kb = p.bb + p.bg * m, kg = p.bg + p.gg * m, part = share * (2 - share) / s;
+    return {p.bb - part * kb * kb, p.bg - part * kb * kg, p.gg - part * kg * kg};
+}
+
+// Probes, by the readings that had them: a rise of the count is one measurement. Each is taken
+// within its gate or where probes agree, and moves b and g by one step of the filter; one that is
+// not taken moves nothing. The box asks for another one exactly while it waits for it.
+class probes_invariant : public invariant {
+  public:
+    explicit probes_invariant(run &of) : invariant(of, "probes") {
+        const json root = json::parse(of.box_machine.text);
+        for (const auto &term : root.at("terms"))
+            if (term.at("type") == "adapt") term_ = term;
+        if (term_.is_null() || hides_exchanges(of)) return;
+        with_.emplace(term_);
+        box_.emplace(of.box_machine);
+        for (const std::string output : root.at("channels")[0].at("sum"))
+            if (output != term_.at("name")) others_.push_back(output);
+        for (const auto &term : root.at("terms"))
+            states_sigma_ = states_sigma_ ||
+                            (term.value("name", "") == term_.at("of") && term.contains("sigma"));
+        samples_arrive_ = !draws(of, fault_kind::can);
+    }
+    void started() override {
+        if (of_.starts() > 1 || of_.box.files.has(run::state_path)) box_.reset();  // P goes on
+        if (box_) box_->start();
+    }
+    void ticked() override {
+        if (grown_ns_ == 0) grown_ns_ = of_.time.now();
+    }
+    void sampled(const std::string &signal, double value) override {
+        if (box_ && samples_arrive_) box_->sample(signal, value, of_.time.now());
+    }
+    void exchanged(const exchange &seen) override {
+        if (!box_) return;
+        const machine &facts = of_.box_machine;
+        if (!seen.written.empty()) judge_request(facts, seen);
+        if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
+            return;
+        box_->read(facts, seen, seen.sent);
+        const auto count = box_->newest(term_.at("probe").at("count"), seen.sent);
+        const auto was = std::exchange(count_, count);
+        if (count && was && *count != *was) take_probe(facts, seen);
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!box_ || path != run::snapshot_path) return;
+        const json snapshot = json::parse(file.bytes, nullptr, false);
+        if (!snapshot.is_object() || !snapshot.contains("adapted")) return;
+        const json &entry = snapshot.at("adapted")[0];
+        filter_state now;
+        now.b = entry.at("bias_um");
+        now.g = entry.at("gain");
+        if (entry.at("innovation_um").is_number()) now.innovation = entry.at("innovation_um");
+        if (entry.at("expected_um").is_number()) now.expected = entry.at("expected_um");
+        now.taken = entry.at("taken");
+        now.asked = entry.at("asked");
+        now.refused = entry.at("refused");
+        now.asks = entry.at("asks");
+        follow(now);
+    }
+
+  private:
+    // A measurement of a reading.
+    struct probe {
+        time_ns at = 0;
+        judged_number m = {};             // NaN: not known
+        std::optional<judged_number> um;  // what the term has to explain; none: not known
+        bool is_number = false;           // the value is plausible
+    };
+
+    void take_probe(const machine &facts, const exchange &seen) {
+        box_->look(seen.sent);
+        const fakeplc::taken_channel &channel = facts.map.channels[0];
+        const auto value = box_->newest(term_.at("probe").at("value"), seen.sent);
+        probe one;
+        one.at = seen.sent;
+        one.m = box_->judged({term_.at("of")});
+        one.is_number = value.has_value();
+        const judged_number others = box_->judged(others_);
+        if (value && channel.applied_address && !channel.tangent && !std::isnan(others.value)) {
+            const auto at =
+                static_cast<std::size_t>(*channel.applied_address - facts.map.read.start);
+            const double applied_um =
+                facts.channels[0].sign * channel.scale_um * channel.format.decode(&seen.read[at]);
+            if (std::isfinite(applied_um))
+                one.um = judged_number{*value - applied_um - others.value,
+                                       others.near + 1e-5 * (std::fabs(applied_um) + 1)};
+        }
+        if (probes_ > was_.probes()) knows_ = false;  // two between two snapshots
+        ++probes_;
+        newest_ = one;
+    }
+
+    void follow(const filter_state &now) {
+        if (now.probes() > probes_) return violated("more probes are counted than were measured");
+        const unsigned more = now.probes() - was_.probes();
+        if (more == 1 && now.probes() == probes_) {
+            judge(now);
+        } else if (more > 1) {
+            knows_ = false;
+        } else if (now.b != was_.b || now.g != was_.g) {
+            violated(fmt::format("b and g become {} and {} without a probe", now.b, now.g));
+        }
+        was_ = now;
+        snapshot_ns_ = of_.time.now();
+    }
+
+    void judge(const filter_state &now) {
+        const bool taken = now.taken > was_.taken, asked = now.asked > was_.asked;
+        const double hours =
+            static_cast<double>(newest_.at - std::exchange(grown_ns_, newest_.at)) / 3.6e12;
+        p_.grow(*with_, hours);
+        pending_h_ += hours;
+        since_s_ += 3600 * hours;
+        if (!taken && (now.b != was_.b || now.g != was_.g))
+            violated(
+                fmt::format("b and g become {} and {} by a probe that is not taken", now.b, now.g));
+        if (taken || asked)
+            judge_outcome(now, taken);
+        else
+            judge_refusal();
+    }
+    // A probe is refused if it is early, no number, or not comparable.
+    void judge_refusal() {
+        const bool early = !was_.asks && since_s_ < with_->min_interval_s + 0.1;
+        if (early || !newest_.um || std::isnan(newest_.m.value)) return;
+        violated(fmt::format("a probe of {} um is refused, {} s after the last one",
+                             newest_.um->value, since_s_));
+    }
+    void judge_outcome(const filter_state &now, bool taken) {
+        const double e = *now.innovation, m = newest_.m.value, root_s = *now.expected;
+        if (!newest_.is_number) violated("a probe that is no number is judged");
+        if (!was_.asks && since_s_ < 0.99 * with_->min_interval_s - 0.1)
+            violated(fmt::format("a probe is judged {} s after the last one", since_s_));
+        if (std::isnan(m)) knows_ = pends_known_ = false;
+        if (newest_.um && !std::isnan(m)) judge_innovation(e);
+        if (knows_) judge_variance(root_s * root_s);
+        judge_gate(now, e, root_s, m, taken);
+        if (taken) since_s_ = 0;
+    }
+    void judge_innovation(double e) {
+        const double m = newest_.m.value, y = was_.b + (1 + was_.g) * m;
+        const double near = newest_.um->near + (1 + std::fabs(was_.g)) * newest_.m.near +
+                            1e-5 * (std::fabs(y) + std::fabs(newest_.um->value)) + 1e-4;
+        if (std::fabs(newest_.um->value - y - e) <= near) return;
+        violated(fmt::format("the innovation is {} um, the probe {} um and the term {} um", e,
+                             newest_.um->value, y));
+    }
+    // The model's own sigma widens it alone.
+    void judge_variance(double s) {
+        const double m = newest_.m.value;
+        const double is = with_->sigma * with_->sigma + p_.along(m);
+        const double near = 0.03 * (with_->sigma * with_->sigma + p_.bb + p_.gg * m * m) +
+                            2 * (std::fabs(p_.bg) + p_.gg * std::fabs(m)) * newest_.m.near +
+                            p_.gg * newest_.m.near * newest_.m.near +
+                            with_->drift_at(m) * 0.1 / 3600;
+        if (s < is - near || (!states_sigma_ && s > is + near))
+            violated(fmt::format("the variance of a probe is {} um^2, by the filter {}", s, is));
+        if (states_sigma_) p_.bb += std::max(0.0, s - is);
+    }
+
+    // Which innovations may be taken: its own within the gate, where it agrees with the newest
+    // pending one, or as the median of three.
+    void judge_gate(const filter_state &now, double e, double root_s, double m, bool taken) {
+        std::vector<double> may_take;
+        const bool within = std::fabs(e) < 3 * root_s * (1 + 1e-5);
+        const bool beyond = std::fabs(e) > 3 * root_s * (1 - 1e-5);
+        bool may_ask = beyond;
+        if (within || !pends_known_) may_take.push_back(e);
+        if (beyond && pends_known_ && !pending_.empty()) {
+            const double noise = 2 * with_->sigma * with_->sigma;
+            const double apart = 3 * std::sqrt(noise + with_->drift_at(m) * pending_h_);
+            const double off = std::fabs(e - pending_.back());
+            const double error = std::fabs(e + was_.b + was_.g * m);
+            const double reach =
+                with_->bias_max + with_->gain_max * std::fabs(m) + 3 * with_->sigma;
+            const double near = 0.01 + 0.01 * apart + newest_.m.near * (1 + with_->gain_max);
+            const bool agrees = off < apart + near && error < reach + near;
+            const bool differs = off > apart - near || error > reach - near;
+            if (agrees) may_take.push_back(e);
+            if (differs && pending_.size() == 2)
+                may_take.push_back(std::max(std::min(pending_[0], pending_[1]),
+                                            std::min(std::max(pending_[0], pending_[1]), e)));
+            may_ask = differs && pending_.size() < 2;
+        }
+        if (taken && may_take.empty())
+            return violated(fmt::format("a probe is taken {} um from the term, its gate is {} um",
+                                        e, 3 * root_s));
+        if (!taken && !may_ask)
+            return violated(fmt::format("a probe {} um from the term is not taken, its gate is {}",
+                                        e, 3 * root_s));
+        if (now.asks != !taken)
+            violated(fmt::format("the box {} another probe behind one that was {}taken",
+                                 now.asks ? "asks for" : "does not ask for", taken ? "" : "not "));
+        if (taken) return judge_step(now, may_take, beyond, root_s, m);
+        if (pending_.size() < 2) pending_.push_back(e);
+        pending_h_ = 0;
+    }
+
+    void judge_step(const filter_state &now, const std::vector<double> &may_take, bool beyond,
+                    double root_s, double m) {
+        const double bias_by = now.b - was_.b, gain_by = now.g - was_.g, s = root_s * root_s;
+        const double way = bias_by + gain_by * m;
+        const double m_near = std::isnan(m) ? 0 : newest_.m.near;
+        if (!std::isnan(m) && std::fabs(way) > with_->step_max * (1 + 1e-4) +
+                                                   std::fabs(gain_by) * m_near +
+                                                   1e-5 * (1 + std::fabs(m)))
+            violated(fmt::format("one probe moves the term by {} um", way));
+        knows_ = knows_ && (pends_known_ || !beyond);
+        pending_.clear();
+        pends_known_ = !beyond;
+        if (!knows_) return;
+        double least_off = 1e30, taken_um = 0;
+        std::optional<filter_step> step;
+        for (const double e : may_take) {
+            const filter_step one = step_of(*with_, was_, p_, m, s, e);
+            const double gain = std::fabs(e) / s, near = 0.05;
+            const double bias_near =
+                gain * (near * (p_.bb + std::fabs(p_.bg * m)) + std::fabs(p_.bg) * m_near);
+            const double gain_near =
+                gain * (near * (std::fabs(p_.bg) + p_.gg * std::fabs(m)) + p_.gg * m_near);
+            const double off = std::max(
+                std::fabs(one.bias_by - bias_by) / (bias_near + 1e-4 * (1 + std::fabs(was_.b))),
+                std::fabs(one.gain_by - gain_by) / (gain_near + 1e-5));
+            if (off >= least_off) continue;
+            least_off = off;
+            taken_um = e;
+            step = one;
+        }
+        if (!(least_off <= 1))
+            violated(fmt::format("a probe moves b by {} um and g by {}, the filter by {} um and {}",
+                                 bias_by, gain_by, step->bias_by, step->gain_by));
+        p_ = narrowed(p_, m, s, step->share);
+        if (beyond) keep_rest(taken_um - way, m);
+        // What it does not know well it forgets.
+        knows_ = newest_.m.near < 0.002 * std::fabs(m) + 0.0025;
+    }
+
+    // What step_max leaves of an innovation that was outside of its gate stays pending there.
+    void keep_rest(double rest_um, double m) {
+        const double share =
+            std::fabs(rest_um) / (3 * std::sqrt(with_->sigma * with_->sigma + p_.along(m)));
+        pends_known_ = share < 0.95 || share > 1.05;
+        if (share > 1) pending_ = {rest_um};
+        pending_h_ = 0;
+    }
+
+    // Between two probes the bit is that of the newest snapshot.
+    void judge_request(const machine &facts, const exchange &seen) {
+        if (!facts.map.request || snapshot_ns_ == 0 || was_.probes() != probes_) return;
+        if (seen.sent < snapshot_ns_) return;
+        const auto at = static_cast<std::size_t>(*facts.map.request - facts.map.write.start);
+        if (((seen.written[at] & 1u) != 0) != was_.asks)
+            violated(fmt::format("the box writes a request of {}, and its snapshot has {}",
+                                 seen.written[at], was_.asks));
+    }
+
+    json term_;
+    std::optional<filter_settings> with_;
+    std::optional<reference_box> box_;
+    std::vector<std::string> others_;  // of the channel's sum
+    bool states_sigma_ = false, samples_arrive_ = true;
+    std::optional<double> count_;
+    unsigned probes_ = 0;  // measured
+    probe newest_;
+    filter_state was_;  // of the newest snapshot
+    time_ns snapshot_ns_ = 0, grown_ns_ = 0;
+    covariance p_;
+    bool knows_ = true;            // P
+    std::vector<double> pending_;  // innovations outside of the gate, the oldest first
+    bool pends_known_ = true;
+    double pending_h_ = 0, since_s_ = 1e9;
+};
+
+}  // namespace
+
+void add_adapted(run &of, invariants &all) {
+    all.push_back(std::make_unique<adapted_invariant>(of));
+    all.push_back(std::make_unique<probes_invariant>(of));
+}
+
+}  // namespace compbox::world
