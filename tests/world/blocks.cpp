@@ -115,12 +115,12 @@ bool draws_any(const run &of, std::initializer_list<fault_kind> kinds) {
 }
 
 bool hides_exchanges(const run &of) {
-    return longest_lag(of) != 0 ||
-           draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                          fault_kind::boundary, fault_kind::foreign, fault_kind::mute,
-                          fault_kind::exception, fault_kind::wire, fault_kind::line,
-                          fault_kind::loss, fault_kind::reset, fault_kind::tear,
-                          fault_kind::partial, fault_kind::stray, fault_kind::plc_stop});
+    return draws_any(
+        of, {fault_kind::preempt, fault_kind::delay, fault_kind::stall, fault_kind::suspend,
+             fault_kind::refuse, fault_kind::slow, fault_kind::hostile, fault_kind::memory,
+             fault_kind::foreign, fault_kind::mute, fault_kind::wire, fault_kind::line,
+             fault_kind::reset, fault_kind::tear, fault_kind::partial, fault_kind::stray,
+             fault_kind::exception, fault_kind::loss, fault_kind::plc_stop});
 }
 
 time_ns longest_lag(const run &of) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // In ACTIVE each output goes where its terms want it: at once as far as its slew rate allows, in
 // each step, also while axes move and temperatures change. What the terms want is computed again
-// (reference.h). Judged where the box gets each reading that the PLC gave, and each write is
-// confirmed.
+// (reference.h). Judged where the box gets each reading that the PLC gave, some time behind each
+// write that is not confirmed.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -24,12 +24,16 @@ class reference_invariant : public invariant {
   public:
     explicit reference_invariant(run &of) : invariant(of, "reference") {
         if (!hides_exchanges(of)) box_.emplace(of.box_machine);
-        samples_arrive_ = !draws(of, fault_kind::can);
+        samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
     }
     void started() override {
-        if (of_.starts() > 1 || of_.box.files.has(run::state_path)) box_.reset();  // lags go on
-        if (box_) box_->start();
+        if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         steady_ = readings_ = 0;
+        silent_ = of_.starts() > 1;
+    }
+    void taken(const machine &, const machine &is) override {
+        if (box_) box_->take(is);
+        steady_ = 0;
     }
     void sampled(const std::string &signal, double value) override {
         if (box_ && samples_arrive_) box_->sample(signal, value, of_.time.now());
@@ -37,6 +41,8 @@ class reference_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
+        if (seen.duration == never || seen.exception != 0)
+            open_until_ns_ = settled_behind(facts, seen);
         if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
         if (seen.duration == never) return;
         if (seen.function != 16) replied_ns_ = seen.now + seen.duration;
@@ -56,6 +62,12 @@ class reference_invariant : public invariant {
         bool at_limit;
     };
 
+    // Behind a write that may have an effect or not, and behind a silence, the box allows for both
+    // for a while (docs/decisions/0003-what-the-plc-may-hold.md).
+    static time_ns settled_behind(const machine &facts, const exchange &seen) {
+        return seen.sent + 4 * (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+    }
+
     void follow(const machine &facts, const written_block &block, const exchange &seen) {
         using namespace box_reason;
         const time_ns gap_ns = seen.sent - sent_ns_, period_ns = facts.period_us * us;
@@ -65,12 +77,13 @@ class reference_invariant : public invariant {
              block.reason == extrapolated || block.reason == drifted) &&
             2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
         steady_ = follows ? steady_ + 1 : 0;
+        if (std::exchange(silent_, false) || (sent_ns_ > 0 && 2 * gap_ns >= 3 * period_ns))
+            open_until_ns_ = settled_behind(facts, seen);
         // The box steps behind a reading: before it sends FC16, behind the reply to FC23.
         const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
         elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
                                                 std::exchange(stepped_ns_, stepped_ns) - 500 * us);
-        if (steady_ >= settled && box_->knows()) judge(facts, block);
-        if (seen.duration == never) steady_ = 0;  // the box does not know that it was executed
+        if (steady_ >= settled && seen.sent > open_until_ns_ && box_->knows()) judge(facts, block);
         sent_ns_ = seen.sent;
         before_ = block;
         readings_ = 0;
@@ -190,9 +203,10 @@ class reference_invariant : public invariant {
 
     std::optional<reference_box> box_;
     bool samples_arrive_ = true;
+    bool silent_ = false;            // since the end of another daemon
     int steady_ = 0, readings_ = 0;  // readings since the newest write
     unsigned unlike_ = 0;
-    time_ns sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
+    time_ns open_until_ns_ = 0, sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
     double elapsed_s_ = 0;  // between the two newest steps, at least
     written_block before_;
 };

@@ -260,8 +260,15 @@ reference_box::function reference_box::network_of(const json &net) const {
 
 // ---- what comes
 
-void reference_box::start() {
+void reference_box::take(const machine &of) {
+    reference_box fresh(of);
+    std::swap(outputs_, fresh.outputs_);
+    std::swap(sums_, fresh.sums_);
+}
+
+void reference_box::start(bool has_state) {
     knows_ = true;
+    has_state_ = has_state;
     for (auto &one : signals_) {
         one.known = false;
         one.velocity = one.velocity_near = one.doubt = 0;
@@ -365,6 +372,8 @@ void reference_box::follow() {
         const double doubt = one.power == 1 ? of.doubt : 2 * std::fabs(of.max) * of.doubt;
         if (!one.known) {
             one.y = u;
+            const double largest = std::max(std::fabs(of.max), std::fabs(of.min));
+            one.near = has_state_ ? 2 * std::pow(largest, static_cast<int>(one.power)) : 0;
         } else {  // exact for an input that is linear between its values
             const double h = seconds_of(of.at_ns - one.at_ns) / one.tau_s;
             const double gain = -std::expm1(-h);

@@ -39,8 +39,11 @@ class reference_box {
   public:
     explicit reference_box(const machine &of);
 
-    // The daemon has started, without a state file: its lags begin with the first reading.
-    void start();
+    // The daemon has started: its lags begin with the first reading. With a state file they may go
+    // on instead.
+    void start(bool has_state);
+    // The daemon goes on with another file, which has other numbers alone.
+    void take(const machine &of);
     // A whole reading, for which the box sent its request at `sent`.
     void read(const machine &of, const exchange &seen, time_ns sent);
     // A sample of a sensor on a wire of its own.
@@ -124,7 +127,7 @@ class reference_box {
     double scan_s_ = 0;                   // … of its scans
     std::uint16_t beat_ = 0, beats_ = 0;  // of the newest reading, and since the one before
     time_ns before_ns_ = 0;               // the reading before
-    bool knows_ = true;
+    bool knows_ = true, has_state_ = false;
 };
 
 }  // namespace compbox::world

@@ -195,6 +195,7 @@ struct wrong_arithmetic {
     defect planted;
     const char *faults = "none";
     const char *invariant = "reference";
+    std::uint64_t start = 1;  // the first daemon that has it
 };
 
 template <typename Change>
@@ -235,12 +236,14 @@ const wrong_arithmetic arithmetic[] = {
      "sensors"},
     {"no_largest_rate", to_signals([](cb_signal_config &one) { one.rate_per_s = 1e9F; }),
      "sensors"},
+    {"a_slower_slew_behind_reloads",
+     to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 0.8F; }), "reload"},
+    {"a_zero_that_is_not_zero_behind_a_restart",
+     to_signals([](cb_signal_config &one) { one.zero += 0.5F; }), "restart", "reference", 2},
     {"a_noisier_probe", to_filters([](cb_adapt_settings &with) { with.sigma_um *= 2; }), "none",
      "probes"},
     {"a_longer_step", to_filters([](cb_adapt_settings &with) { with.step_max_um *= 2; }), "none",
      "probes"},
-    {"a_longer_interval", to_filters([](cb_adapt_settings &with) { with.min_interval_s = 3600; }),
-     "none", "probes"},
     {"a_probe_of_the_whole_error", to_config([](cb_config &config) {
          for (unsigned i = 0; i < config.adapts_count; ++i)
              config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
@@ -263,7 +266,11 @@ TEST_P(reference_finds, a_planted_defect) {
     for (options.seed = 1; options.seed <= 40 && found == 0; ++options.seed) {
         options.prepare = {};
         ASSERT_TRUE(run_isolated(options).violations.empty()) << options.seed;
-        options.prepare = [](run &world) { plant(world, GetParam().planted); };
+        options.prepare = [](run &world) {
+            plant(world, [&world, planted = GetParam().planted](cb_loop &loop) {
+                if (world.starts() >= GetParam().start) planted(loop);
+            });
+        };
         const run_result result = run_isolated(options);
         found +=
             !result.violations.empty() && result.violations[0].invariant == GetParam().invariant;
