@@ -27,6 +27,7 @@ class reference_invariant : public invariant {
         samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
     }
     void started() override {
+        if (of_.starts() > 1 && draws(of_, fault_kind::reload)) box_.reset();  // which file it runs
         if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         steady_ = readings_ = 0;
         silent_ = of_.starts() > 1;
