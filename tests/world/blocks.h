@@ -34,6 +34,8 @@ enum : unsigned {
     unconfirmed = 12,
     unapplied = 13,
     demand = 16,
+    write_refused = 18,
+    overrun = 19,
     foreign = 21,
     drifted = 22
 };

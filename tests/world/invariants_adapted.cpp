@@ -27,6 +27,7 @@ std::optional<double> number_at(const json &entries, const std::string &name, co
 }
 
 // A term that adapts stays within bias_max + gain_max |m| of its model m, whatever the probe says.
+// No measurement counts twice.
 class adapted_invariant : public invariant {
   public:
     explicit adapted_invariant(run &of) : invariant(of, "adapted") {
@@ -41,9 +42,29 @@ class adapted_invariant : public invariant {
         const json snapshot = json::parse(file.bytes, nullptr, false);
         if (!snapshot.is_object() || !snapshot.contains("terms")) return;
         for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
+        for (const auto &one : snapshot.value("adapted", json::array())) judge_counts(one);
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (adapts_.empty() || !is_reading(facts, seen)) return;
+        const std::string counter = adapts_[0].at("probe").at("count");
+        for (const fakeplc::shown_signal &signal : facts.map.signals) {
+            if (signal.name != counter) continue;
+            const auto count = static_cast<std::uint16_t>(signal_in(facts, signal, seen));
+            measured_ += static_cast<std::uint16_t>(count - std::exchange(count_, count));
+        }
     }
 
   private:
+    // One term at most has a probe. A count that goes on is each number between, too.
+    void judge_counts(const json &one) {
+        if (draws_any(of_, {fault_kind::wire, fault_kind::line})) return;
+        std::uint64_t counted = 0;
+        for (const char *key : {"taken", "asked", "refused", "skipped"})
+            counted += one.value(key, std::uint64_t{0});
+        if (counted > measured_)
+            violated(fmt::format("{} measurements are counted, there were {}", counted, measured_));
+    }
     void judge(const json &term, const json &terms) {
         const auto y = number_at(terms, term.at("name"), "value");
         const auto m = number_at(terms, term.at("of"), "value");
@@ -56,6 +77,8 @@ class adapted_invariant : public invariant {
     }
 
     std::vector<json> adapts_;
+    std::uint16_t count_ = 0;
+    std::uint64_t measured_ = 0;
 };
 
 // The settings of a term, by the names of their keys.

@@ -54,6 +54,59 @@ std::optional<double> linear_at(const json &term, const signal_values &values) {
     return sum;
 }
 
+// Beyond its ends it has the value there.
+double polynomial_at(const json &term, double x) {
+    const double from = term.at("from"), to = term.at("to"), center = term.at("center");
+    const double u = (std::clamp(x, from, to) - center) / term.at("half_range").get<double>();
+    double sum = 0, power = 1;
+    for (const double coefficient : term.at("coefficients")) {
+        sum += coefficient * power;
+        power *= u;
+    }
+    return sum;
+}
+
+// E = sum of delta_a + 1e-3 eps_a x L_a, and squareness. in: output: 0 … 2 of X, Y, Z
+std::optional<double> volumetric_at(const json &root, const json &term, const std::string &output,
+                                    const signal_values &values) {
+    const std::string letters = "XYZ", rotations = "ABC", chain = term.at("chain");
+    const std::size_t f = chain.find('f');
+    const auto square = [&term](const char *key) {
+        return term.at("squareness_urad").value(key, 0.0);
+    };
+    double at_mm[3];
+    for (std::size_t c = 0; c < 3; ++c) {
+        const auto found = values.find(letters.substr(c, 1));
+        if (found == values.end()) return std::nullopt;
+        at_mm[c] = found->second;
+    }
+    double e_um[3] = {1e-3 * (square("B0Z") * at_mm[2] - square("C0Y") * at_mm[1]),
+                      -1e-3 * square("A0Z") * at_mm[2], 0};
+    for (const std::string error : term.at("errors")) {
+        const auto value = value_of(root, error, values);
+        if (!value) return std::nullopt;
+        if (letters.find(error[1]) != std::string::npos) {
+            e_um[letters.find(error[1])] += *value;
+            continue;
+        }
+        const std::string axis = error.substr(2);
+        const std::size_t i = chain.find(axis), r = rotations.find(error[1]);
+        double lever_mm[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t j = chain.find(letters[c]);
+            const bool moves = i > f ? j > i : j >= i || j > f;
+            lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
+                          term.at("reference_points_mm").at(axis)[c].get<double>() -
+                          (c == 2 ? term.at("tool_length_mm").get<double>() : 0) +
+                          (moves ? at_mm[c] : 0);
+        }
+        const std::size_t next = (r + 1) % 3, last = (r + 2) % 3;  // (e_r x L)
+        e_um[next] -= 1e-3 * *value * lever_mm[last];
+        e_um[last] += 1e-3 * *value * lever_mm[next];
+    }
+    return e_um[letters.find(output[1])];
+}
+
 std::optional<double> value_of_term(const json &root, const json &term,
                                     const signal_values &values) {
     const std::string type = term.at("type");
@@ -65,6 +118,7 @@ std::optional<double> value_of_term(const json &root, const json &term,
     if (type == "bspline")
         return bspline_at(term.at("knots"), term.at("degree"), term.at("control_points"),
                           x->second);
+    if (type == "polynomial") return polynomial_at(term, x->second);
     if (type != "product") return std::nullopt;
     const auto slope = value_of(root, term.at("term"), values);
     if (!slope) return std::nullopt;
@@ -75,6 +129,8 @@ std::optional<double> value_of(const json &root, const std::string &output,
                                const signal_values &values) {
     for (const auto &term : root.at("terms")) {
         if (term.value("name", "") == output) return value_of_term(root, term, values);
+        if (term.at("type") == "volumetric" && output[0] == 'V')
+            return volumetric_at(root, term, output, values);
     }
     return std::nullopt;
 }
@@ -277,7 +333,9 @@ class models_invariant : public invariant {
     time_ns sent_ns_ = 0, arrived_ns_ = 0;
 };
 
-// A term that states a sigma is never surer than its floor, and one that states none is silent.
+// A term that states a sigma is never surer than its floor, and one that states none is silent. By
+// the file it is floor^2 + along^2 |D x + o|^2 (docs/coefficient-file.md), compared where the
+// columns x are powers of one signal.
 class sigma_invariant : public invariant {
   public:
     explicit sigma_invariant(run &of) : invariant(of, "sigma") {
@@ -289,6 +347,7 @@ class sigma_invariant : public invariant {
             if (type == "adapt") continue;  // its own filter's
             floors_[term.at("name")] =
                 term.contains("sigma") ? term.at("sigma").at("floor_um")[0].get<double>() : -1;
+            if (term.contains("sigma")) stated_[term.at("name")] = term;
         }
     }
     void file_written(const std::string &path, const node &file) override {
@@ -298,6 +357,8 @@ class sigma_invariant : public invariant {
         for (const auto &term : snapshot.at("terms")) {
             const auto floor = floors_.find(term.at("name"));
             if (floor != floors_.end()) judge(term, floor->second);
+            const auto stated = stated_.find(term.at("name"));
+            if (stated != stated_.end()) compare(term, stated->second, snapshot.at("signals"));
         }
     }
 
@@ -312,7 +373,45 @@ class sigma_invariant : public invariant {
                                  term.at("name").get<std::string>(), sigma.dump(), floor_um));
     }
 
+    // in : x: of the bank's only input, without lags
+    static double sigma_at(const json &term, double x) {
+        const json &sigma = term.at("sigma");
+        const double floor = sigma.at("floor_um")[0], along = sigma.at("along_um")[0];
+        double square = 0;
+        for (std::size_t d = 0; d < sigma.at("directions").size(); ++d) {
+            double z = sigma.at("offsets")[d];
+            double column = 1;
+            for (const double weight : sigma.at("directions")[d]) z += weight * (column *= x);
+            square += z * z;
+        }
+        return std::sqrt(floor * floor + along * along * square);
+    }
+    // The box goes over a bank once a second, so its sigma may be of a value from before.
+    void compare(const json &stated, const json &term, const json &signals) {
+        const json &bank = term.at("bank");
+        if (bank.at("tau_s") != json::array({0}) || !stated.at("sigma_um").is_number() ||
+            draws_any(of_, {fault_kind::sensors, fault_kind::can, fault_kind::line,
+                            fault_kind::wire, fault_kind::reload, fault_kind::suspend}))
+            return;
+        const std::string input = bank.at("inputs")[0];
+        const double near = input[0] == 'B' ? 2.1 : 0.5;  // modules jump (run.cpp)
+        for (const auto &signal : signals) {
+            if (signal.at("name") != input || signal.at("state") != "fresh") continue;
+            const double x = signal.at("value"), um = stated.at("sigma_um");
+            double low = 1e30, high = 0;
+            for (int k = -8; k <= 8; ++k) {
+                const double there = sigma_at(term, x + near * k / 8);
+                low = std::min(low, there);
+                high = std::max(high, there);
+            }
+            if (um < low * (1 - 1e-2) - 1e-3 || um > high * (1 + 1e-2) + 1e-3)
+                violated(fmt::format("term {} states a sigma of {} um, by its file it is {} to {}",
+                                     term.at("name").get<std::string>(), um, low, high));
+        }
+    }
+
     std::map<std::string, double> floors_;
+    std::map<std::string, json> stated_;  // terms of the file with a sigma
 };
 
 // The slope of a channel with `tangent` is that of its terms where its axis rests, and begins

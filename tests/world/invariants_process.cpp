@@ -74,8 +74,8 @@ class service_invariant : public invariant {
         sent_ns_ = seen.sent;
         mode_ = block.mode;
         is_zero_ = block.is_zero();
-        const bool whole =
-            block.reason != box_reason::degraded && block.reason != box_reason::unapplied;
+        const bool degraded = block.reason == box_reason::degraded && !of_.box_machine.models_fade;
+        const bool whole = !degraded && block.reason != box_reason::unapplied;
         if (mode_ == fakeplc::box_mode::active && whole) active_ns_ = seen.now;
         was_active_ = was_active_ || mode_ == fakeplc::box_mode::active;
         judge_recovery();
@@ -286,16 +286,19 @@ class tick_invariant : public invariant {
 
 // Periods that are missed again and again are FAULT, and none is ACTIVE behind it (docs/faults.md,
 // reason 19). The score here counts those misses alone that are certain: one for a step, however
-// often the wait before it had to be repeated.
+// often the wait before it had to be repeated. A few that are possible make no FAULT.
 class overrun_invariant : public invariant {
   public:
     explicit overrun_invariant(run &of) : invariant(of, "overrun") {}
     void started() override {
-        score_ = good_ = 0;
-        ticked_ns_ = full_ns_ = never;
+        forget();
+        possible_ = 0;
+        in_fault_ = false;
     }
     void ticked() override {
         const time_ns period_ns = of_.running().period_us * us, now = of_.time.now();
+        possible_ += possibly_ns_ == never || now - possibly_ns_ > period_ns * 101 / 100;
+        possibly_ns_ = now;
         if (of_.steps_of_daemon == steps_ && ticked_ns_ != never) return;
         steps_ = of_.steps_of_daemon;
         const bool missed = ticked_ns_ != never && now - ticked_ns_ > period_ns * 21 / 10;
@@ -314,7 +317,8 @@ class overrun_invariant : public invariant {
         if (seen.written.empty()) return;
         const machine &facts = of_.author_of(seen);
         const unsigned mode = block_of(facts, seen).mode;
-        if (mode == fakeplc::box_mode::fault) started();  // the box: behind a fault of any reason
+        if (mode == fakeplc::box_mode::fault) forget();  // the box: behind a fault of any reason
+        judge_few(block_of(facts, seen));
         if (full_ns_ == never) return;
         const bool behind = seen.sent > full_ns_ + 4 * facts.period_us * us;
         if (mode == fakeplc::box_mode::active && behind && !unknown())
@@ -322,12 +326,29 @@ class overrun_invariant : public invariant {
     }
 
   private:
+    void forget() {
+        score_ = good_ = 0;
+        ticked_ns_ = full_ns_ = never;
+    }
+    void judge_few(const written_block &block) {
+        const bool fault = block.mode == fakeplc::box_mode::fault;
+        if (fault && !in_fault_ && block.reason == box_reason::overrun && possible_ < few &&
+            !draws_any(of_, {fault_kind::suspend, fault_kind::reload, fault_kind::hostile,
+                             fault_kind::memory, fault_kind::wire, fault_kind::line}))
+            violated(
+                fmt::format("FAULT by missed periods, and {} may have been missed", possible_));
+        if (fault) possible_ = 0;
+        in_fault_ = fault;
+    }
     // A FAULT that the PLC refuses to take is not seen here, and clears the score.
     bool unknown() const { return draws_any(of_, {fault_kind::suspend, fault_kind::exception}); }
     static constexpr int fault_score = 18;  // the box: 16
-    std::uint64_t steps_ = 0;               // of this daemon
+    static constexpr int few = 12;
+    std::uint64_t steps_ = 0;  // of this daemon
     int score_ = 0, good_ = 0;
-    time_ns ticked_ns_ = never, full_ns_ = never;
+    int possible_ = 0;  // periods that may have been missed since the start or the last FAULT
+    bool in_fault_ = false;
+    time_ns ticked_ns_ = never, full_ns_ = never, possibly_ns_ = never;
 };
 
 }  // namespace

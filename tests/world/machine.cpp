@@ -487,6 +487,74 @@ struct draft {
         }
     }
 
+    // Likewise: networks whose training range is a part of the travel, so that both inputs are
+    // beyond it at times, by other margins and fades.
+    void draw_narrow_ranges() {
+        dice own(made.twin.seed, "narrow ranges");
+        for (auto &term : root["terms"]) {
+            if (term["type"] != "bpnet" || !own.one_in(4)) continue;
+            made.models_fade = true;
+            const double travel = travel_of(term["inputs"][0]);
+            term["input_min"] = {rounded(0.3 * travel), rounded(own.between(15, 22))};
+            term["input_max"] = {rounded(0.6 * travel),
+                                 term["input_min"][1].get<double>() + rounded(own.between(1, 5))};
+            if (own.one_in(2)) term["margin"] = {rounded(0.02 * travel), 0.5};
+            if (own.one_in(2)) term["fade"] = {rounded(0.4 * travel), rounded(own.between(2, 20))};
+        }
+    }
+
+    // Likewise: some polylines become polynomials that end within the travel.
+    void draw_polynomials() {
+        dice own(made.twin.seed, "polynomials");
+        for (auto &term : root["terms"]) {
+            if (term["type"] != "polyline" || term.contains("backward") || !own.one_in(5)) continue;
+            const double half = travel_of(term["signal"]) / 2;
+            json made_term = {{"name", term["name"]},     {"type", "polynomial"},
+                              {"signal", term["signal"]}, {"center", half},
+                              {"half_range", half},       {"from", rounded(0.3 * half)},
+                              {"to", rounded(1.6 * half)}};
+            for (int k = 0; k < 5; ++k)
+                made_term["coefficients"].push_back(rounded(own.between(-10, 10)));
+            term = made_term;
+        }
+    }
+
+    // Likewise: three errors of axes, brought to the tool tip by a volumetric term.
+    void draw_volumetric() {
+        dice own(made.twin.seed, "volumetric");
+        if (!own.one_in(6)) return;
+        static const std::vector<std::string> kinds = {"X", "Y", "Z", "A", "B", "C"};
+        static const std::vector<std::string> chains = {"fXYZ", "YfXZ", "XYfZ", "ZfYX"};
+        json term = {{"name", "volumetric"},
+                     {"type", "volumetric"},
+                     {"outputs", {"VX", "VY", "VZ"}},
+                     {"chain", own.one_of(chains)},
+                     {"tool_length_mm", std::round(own.between(0, 500))},
+                     {"tool_offset_mm", {std::round(own.between(-500, 500)), 0, 100}},
+                     {"squareness_urad",
+                      {{"C0Y", rounded(own.between(-2, 2))},
+                       {"B0Z", rounded(own.between(-2, 2))},
+                       {"A0Z", rounded(own.between(-2, 2))}}}};
+        for (const std::string &axis : axis_signals()) {
+            const std::string error = "E" + own.one_of(kinds) + axis;
+            json values;
+            for (int k = 0; k < 3; ++k) values.push_back(rounded(own.between(-3, 3)));
+            root["terms"].push_back(
+                {{"name", error},
+                 {"type", "polyline"},
+                 {"signal", axis},
+                 {"positions", {0, rounded(travel_of(axis) / 2), travel_of(axis)}},
+                 {"values", values}});
+            term["errors"].push_back(error);
+            term["reference_points_mm"][axis] = {0, std::round(own.between(-1000, 1000)), 0};
+        }
+        root["terms"].push_back(term);
+        for (auto &entry : root["channels"]) {
+            const std::string name = entry["name"];
+            if (name == "X" || name == "Z") entry["sum"].push_back("V" + name);
+        }
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -517,6 +585,9 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_control();
     file.draw_slow_channels();
     file.draw_probe();
+    file.draw_narrow_ranges();
+    file.draw_polynomials();
+    file.draw_volumetric();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");

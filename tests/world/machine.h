@@ -45,7 +45,8 @@ struct machine {
     double ramp_um_per_s = 0;
     unsigned revision = 1;
     bool fc23 = false;
-    bool demands_fit = true;  // no demand is beyond error_um, which ends in FAULT
+    bool demands_fit = true;   // no demand is beyond error_um, which ends in FAULT
+    bool models_fade = false;  // a network is beyond its training range at times: DEGRADED
     std::vector<channel_facts> channels;
     std::vector<pair_facts> pairs;
     std::vector<signal_facts> signals;  // by facts_of() alone
