@@ -72,6 +72,7 @@ void add_reloads(run &of, invariants &all);    // invariants_reloads.cpp
 void add_models(run &of, invariants &all);     // invariants_models.cpp
 void add_adapted(run &of, invariants &all);    // invariants_adapted.cpp
 void add_reference(run &of, invariants &all);  // invariants_reference.cpp
+void add_rows(run &of, invariants &all);       // invariants_rows.cpp
 
 invariants all_invariants(run &of);
 

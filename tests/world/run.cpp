@@ -237,9 +237,12 @@ void run::start_daemon() {
                                       state_path, "--stats",  stats_path};
     if (options.seed % 4 == 0 && options.cycles <= most_recorded)
         words.insert(words.end(), {"--record", record_path});
+    if (options.seed % 16 == 4) words.insert(words.end(), {"--record-every", "500"});
     if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
-    if (options.seed % 7 == 0 || (options.seed % 2 == 0 && !box_machine.map.probes.empty()))
+    const bool states =
+        !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
+    if (options.seed % 7 == 0 || (states && options.seed % 2 == 0))
         words.insert(words.end(), {"--snapshot", snapshot_path});
     if (options.seed % 2 == 1) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+// The rows of record and black box are what happened (docs/record.md): each has the mode, the
+// reason and the outputs of a block that the box sent then, and the signals of a reading. Each
+// change of mode or reason has a row, and each lag is where its signal leads it, over any pause. No
+// row is in two files of the black box.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "host-tools/formats/text.h"
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// A text with a header, row by row.
+class row_reader {
+  public:
+    explicit row_reader(const std::string &text) : lines_(formats::split(text, '\n')) {
+        const std::vector<std::string> names = formats::split(lines_.at(0), ',');
+        for (std::size_t i = 0; i < names.size(); ++i) columns_[names[i]] = i;
+    }
+    // out: false: there is no further whole row
+    bool next() {
+        if (++at_ + 1 >= lines_.size()) return false;
+        cells_ = formats::split(lines_[at_], ',');
+        return cells_.size() == columns_.size();
+    }
+    bool has(const std::string &column) const {
+        const auto found = columns_.find(column);
+        return found != columns_.end() && !cells_[found->second].empty();
+    }
+    double number(const std::string &column) const {
+        return std::atof(cells_[columns_.at(column)].c_str());
+    }
+
+  private:
+    std::vector<std::string> lines_, cells_;
+    std::map<std::string, std::size_t> columns_;
+    std::size_t at_ = 0;
+};
+
+class rows_invariant : public invariant {
+  public:
+    explicit rows_invariant(run &of)
+        : invariant(of, "rows"),
+          calm_(longest_lag(of) == 0 &&
+                !draws_any(of, {fault_kind::clock, fault_kind::reload, fault_kind::hostile,
+                                fault_kind::memory, fault_kind::loss, fault_kind::reset,
+                                fault_kind::tear, fault_kind::partial, fault_kind::wire,
+                                fault_kind::line, fault_kind::plc_stop, fault_kind::foreign,
+                                fault_kind::exception, fault_kind::mute, fault_kind::stray,
+                                fault_kind::boundary, fault_kind::twice, fault_kind::disk})),
+          lags_judged_(longest_lag(of) == 0 &&
+                       !draws_any(of, {fault_kind::clock, fault_kind::reload, fault_kind::hostile,
+                                       fault_kind::memory})) {}
+    void started() override {
+        sent_.clear();
+        read_.clear();
+        start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
+    }
+    void exchanged(const exchange &seen) override {
+        const bool judged = calm_ && of_.options.seed % 4 == 0;  // those with a record
+        if (!judged || sent_.size() > most_remembered) return;
+        const machine &facts = of_.running_at(seen.sent);
+        const double sent_s =
+            1e-9 * static_cast<double>(of_.box.wall() - (of_.time.now() - seen.sent));
+        if (!seen.written.empty()) sent_.push_back({sent_s, block_of(facts, seen)});
+        if (!is_reading(facts, seen) || seen.duration == never) return;
+        std::vector<double> values;
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
+            values.push_back(signal_in(facts, signal, seen));
+        read_.push_back({sent_s, values});
+    }
+    void ended(const ending &how) override {
+        check_blackbox();
+        const std::string text = of_.box.files.text(run::record_path);
+        if (text.empty() || how.power_cut) return;
+        if (lags_judged_ && of_.options.seed % 16 != 4) check_lags(text);  // with each row
+        if (!calm_ || sent_.size() > most_remembered) return;
+        check_record(text);
+    }
+
+  private:
+    struct sent_block {
+        double s;
+        written_block block;
+    };
+    struct reading {
+        double s;
+        std::vector<double> values;
+    };
+    static constexpr std::size_t most_remembered = 25000;
+    static constexpr double late_s = 5e-3;  // from a wake-up to its reading
+
+    // Files by their number; the time of their rows goes on.
+    void check_blackbox() {
+        if (longest_lag(of_) != 0 || draws(of_, fault_kind::clock)) return;
+        std::vector<std::string> names = of_.box.files.names_in(run::blackbox_path);
+        std::sort(names.begin(), names.end());
+        double before_s = -1;
+        for (const std::string &file : names) {
+            if (file.size() < 4 || file.substr(file.size() - 4) != ".csv") continue;
+            row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
+            double last_s = before_s;
+            while (rows.next()) {
+                if (rows.number("unix_s") <= before_s)
+                    violated(fmt::format("{} has rows of the file before it", file));
+                last_s = rows.number("unix_s");
+            }
+            before_s = last_s;
+        }
+    }
+
+    // Rows of this daemon, against what it sent and got.
+    void check_record(const std::string &text) {
+        row_reader rows(text);
+        std::size_t first_sent = 0, first_read = 0;
+        const machine &facts = of_.running();
+        const double period_s = 1e-6 * static_cast<double>(facts.period_us);
+        while (rows.next()) {
+            const double at_s = rows.number("unix_s");
+            if (at_s < start_s_ - 1e-3) continue;
+            while (first_sent < sent_.size() && sent_[first_sent].s < at_s - 2e-3) ++first_sent;
+            while (first_read < read_.size() && read_[first_read].s < at_s - 2e-3) ++first_read;
+            check_outputs(facts, rows, first_sent, at_s + 2.1 * period_s);
+            check_signals(facts, rows, first_read, at_s + 0.9 * period_s);
+            kept_.push_back({at_s, {rows.number("mode"), rows.number("reason")}});
+        }
+        check_changes(2.1 * period_s);
+        kept_.clear();
+    }
+    // in : kept_: time, mode and reason of the rows
+    void check_changes(double before_s) {
+        std::size_t row = 0;
+        for (std::size_t i = 1; i < sent_.size(); ++i) {
+            const written_block &was = sent_[i - 1].block, &is = sent_[i].block;
+            const double s = sent_[i].s;
+            if ((is.mode == was.mode && is.reason == was.reason) || kept_.empty() ||
+                s - before_s < kept_.front().s || s > kept_.back().s)
+                continue;
+            while (kept_[row].s < s - before_s) ++row;
+            bool found = false;
+            for (std::size_t k = row; k < kept_.size() && kept_[k].s < s + 2e-3; ++k)
+                found = found || (kept_[k].values[0] == static_cast<double>(is.mode) &&
+                                  kept_[k].values[1] == static_cast<double>(is.reason));
+            if (!found)
+                violated(fmt::format("no row has the change to mode {} and reason {}", is.mode,
+                                     is.reason));
+        }
+    }
+
+    // One step of a lag: from y and u to another u, linearly within `dt` seconds.
+    static double lagged(double y, double u, double to, double dt_s, double tau_s) {
+        const double h = dt_s / tau_s, gain = -std::expm1(-h);
+        const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
+        return y + gain * (u - y) + ramp * (to - u);
+    }
+    // By each two rows. Whether a row had a reading is not known: the lag goes on from the row
+    // before or from the last one that changed.
+    void check_lags(const std::string &text) {
+        struct lag {
+            std::string name, of;
+            double tau_s, y = 0, u = 0, at_s = 0, before_s = -1;
+        };
+        std::vector<lag> lags;
+        const auto file = nlohmann::json::parse(of_.box_machine.text);
+        for (const auto &entry : file.at("signals"))
+            if (entry.contains("lag_of"))
+                lags.push_back({entry.at("name"), entry.at("lag_of"), entry.at("tau_s")});
+        row_reader rows(text);
+        while (rows.next()) {
+            if (rows.number("unix_s") < start_s_ - 1e-3) continue;
+            const double now_s = rows.number("time_s");
+            for (lag &one : lags) {
+                if (!rows.has(one.name) || !rows.has(one.of)) continue;
+                const double y = rows.number(one.name), u = rows.number(one.of);
+                const bool same = y == one.y && u == one.u;
+                if (one.before_s >= 0 && !same) {
+                    const double a = lagged(one.y, one.u, u, now_s - one.at_s, one.tau_s);
+                    const double b = lagged(one.y, one.u, u, now_s - one.before_s, one.tau_s);
+                    const double near = 1e-5 + 4e-6 * std::fabs(u) +
+                                        (std::fabs(u - one.y) + std::fabs(u - one.u)) *
+                                            std::min(1.0, late_s / one.tau_s);
+                    if (y < std::min(a, b) - near || y > std::max(a, b) + near)
+                        violated(fmt::format("{} is {} at {} s, behind {} it is {} or {}", one.name,
+                                             y, now_s, one.y, a, b));
+                }
+                if (!same || one.before_s < 0) one.at_s = now_s;
+                one.before_s = now_s;
+                one.y = y;
+                one.u = u;
+            }
+        }
+    }
+    // With FC23 the next cycle sends what a step computed.
+    void check_outputs(const machine &facts, const row_reader &rows, std::size_t first,
+                       double until_s) {
+        bool any = false;
+        for (std::size_t i = first; i < sent_.size() && sent_[i].s < until_s; ++i) {
+            if (is_of(facts, rows, sent_[i].block)) return;
+            any = true;
+        }
+        // The last cycle's block may be sent by none.
+        if (any && sent_.back().s > until_s)
+            violated(fmt::format("no block has the outputs, mode {} and reason {} of the row at {}",
+                                 rows.number("mode"), rows.number("reason"),
+                                 rows.number("time_s")));
+    }
+    static bool is_of(const machine &facts, const row_reader &rows, const written_block &block) {
+        if (static_cast<double>(block.mode) != rows.number("mode") ||
+            static_cast<double>(block.reason) != rows.number("reason"))
+            return false;
+        for (std::size_t c = 0; c < facts.channels.size(); ++c) {
+            const std::string column = fmt::format("comp_{}_um", facts.channels[c].name);
+            if (!rows.has(column)) return false;
+            const double um = rows.number(column);
+            if (std::fabs(um - block.um[c]) > 1e-5 * std::fabs(um) + 1e-5) return false;
+        }
+        return true;
+    }
+    // A refused value leaves the one before.
+    void check_signals(const machine &facts, const row_reader &rows, std::size_t first,
+                       double until_s) {
+        if (draws(of_, fault_kind::sensors) || first >= read_.size() || first == 0 ||
+            read_[first].s > until_s)
+            return;
+        const auto in_range = [](const fakeplc::shown_signal &of, double value) {
+            return value > of.min.value_or(-1e30) && value < of.max.value_or(1e30);
+        };
+        for (std::size_t i = 0; i < facts.map.signals.size(); ++i) {
+            const std::string &signal = facts.map.signals[i].name;
+            const bool rated =
+                std::find(facts.rated.begin(), facts.rated.end(), signal) != facts.rated.end();
+            const double is = read_[first].values[i], was = read_[first - 1].values[i];
+            const bool good =
+                in_range(facts.map.signals[i], is) && in_range(facts.map.signals[i], was);
+            if (rated || !good || !rows.has(signal)) continue;
+            const double value = rows.number(signal);
+            const double near = 1e-6 * std::fabs(is) + 1e-6;
+            if (std::fabs(value - is) > near && std::fabs(value - was) > near)
+                violated(fmt::format("{} is {} in the row at {}, the reading has {}", signal, value,
+                                     rows.number("time_s"), is));
+        }
+    }
+
+    bool calm_, lags_judged_;
+    double start_s_ = 0;
+    std::vector<sent_block> sent_;  // by this daemon, by the wall clock
+    std::vector<reading> read_, kept_;
+};
+
+}  // namespace
+
+void add_rows(run &of, invariants &all) {
+    all.push_back(std::make_unique<rows_invariant>(of));
+}
+
+}  // namespace compbox::world
