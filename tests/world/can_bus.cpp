@@ -62,6 +62,7 @@ class can_socket : public open_file {
         if (!bound_ || !wants(frame)) return false;
         if (queue_.size() >= queue_frames) {
             ++lost_;
+            ++of_.lost;
             return false;
         }
         queue_.push_back({frame, wall, lost_});

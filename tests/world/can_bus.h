@@ -36,6 +36,7 @@ class can_bus {
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again
     std::vector<can_node> nodes;
+    std::uint64_t lost = 0;  // frames that found a full queue of the box
     // For tests, where given: the box bound a socket with these filters, or sent a frame.
     std::function<void(const std::vector<can_filter> &)> bound;
     std::function<void(const can_frame &)> sent;

@@ -26,6 +26,7 @@ class stats_invariant : public invariant {
     void started() override {
         check_both("at a start");
         longest_between_steps_ns_ = 0;
+        can_lost_ = of_.can ? of_.can->lost : 0;
     }
     void file_written(const std::string &path, const node &) override {
         if (path == run::stats_path || path == run::snapshot_path) check(path, "after a write");
@@ -40,6 +41,10 @@ class stats_invariant : public invariant {
         check_ticks(all);
         check_jumps(all.at("box"));
         check_wakes(all);
+        check_times(all);
+        check_can(all);
+        check_plausible(all.at("box"));
+        check_lead(all);
     }
 
   private:
@@ -74,6 +79,77 @@ class stats_invariant : public invariant {
         if (longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::kill, fault_kind::power_cut, fault_kind::restart}))
             check_counts(all.at("box"));
+    }
+    // The figures of a time are in order, and none of them is 0: a wake-up, an exchange takes time.
+    void check_times(const nlohmann::json &all) {
+        for (const char *key : {"jitter_us", "interval_us", "exchange_us", "step_us"}) {
+            const nlohmann::json &times = all.at(key);
+            const double min = times.value("min", 0.0), max = times.value("max", 0.0);
+            const double mean = times.value("mean", 0.0), near = 2e-3 + 1e-9 * max;
+            const double p50 = times.value("p50", 0.0), p99 = times.value("p99", 0.0);
+            const bool ordered = min <= p50 + near && p50 <= p99 + near && p99 <= max + near &&
+                                 min <= mean + near && mean <= max + near;
+            if (times.value("count", 0) > 0 && !ordered)
+                violated(fmt::format("{} is not in order: {}", key, times.dump()));
+        }
+        const nlohmann::json &exchanges = all.at("exchange_us"), &intervals = all.at("interval_us");
+        if (exchanges.value("count", 0) > 0 && exchanges.value("min", 1.0) <= 0)
+            violated("an exchange took no time");
+        if (intervals.value("count", 0) > 0 && longest_lag(of_) == 0 &&
+            intervals.value("min", 0.0) < 0.5 * all.value("period_us", 0.0) &&
+            !draws_any(of_, {fault_kind::boundary, fault_kind::reload, fault_kind::hostile}))
+            violated(fmt::format("{} µs between two wake-ups", intervals.value("min", 0.0)));
+        const auto cycles = all.value("cycles", std::uint64_t{0});
+        const auto rows = all.at("jitter_us").value("count", std::uint64_t{0}) +
+                          all.value("rows_lost", std::uint64_t{0});
+        if (rows != cycles) violated(fmt::format("{} rows of {} cycles are counted", rows, cycles));
+    }
+    // No sensor of the world leaves its range or its rate by itself, whatever the wall clock does.
+    void check_plausible(const nlohmann::json &box) {
+        if (!of_.box_machine.map.probes.empty() ||
+            draws_any(of_, {fault_kind::sensors, fault_kind::hostile, fault_kind::memory,
+                            fault_kind::wire, fault_kind::line, fault_kind::reload,
+                            fault_kind::plc_stop, fault_kind::exception, fault_kind::can}))
+            return;
+        const auto refused = box.value("samples_implausible", 0u);
+        if (refused > 0) violated(fmt::format("{} samples are implausible, none was", refused));
+    }
+    // The lead that the box measures is that of docs/coefficient-file.md. In a calm run.
+    void check_lead(const nlohmann::json &all) {
+        constexpr double least_us = 20e6;
+        const auto file = nlohmann::json::parse(of_.box_machine.text);
+        const bool measured = file.at("cycle").value("lead_ms", nlohmann::json(0)).is_string();
+        if (!measured || of_.box_machine.profile.name == "fanuc" || exchanges_ < 100 ||
+            longest_lag(of_) != 0 || 1e6 * all.value("elapsed_s", 0.0) < least_us ||
+            draws_any(of_, {fault_kind::loss,      fault_kind::reset,  fault_kind::tear,
+                            fault_kind::exception, fault_kind::wire,   fault_kind::line,
+                            fault_kind::plc_stop,  fault_kind::mute,   fault_kind::partial,
+                            fault_kind::foreign,   fault_kind::stray,  fault_kind::boundary,
+                            fault_kind::memory,    fault_kind::reload, fault_kind::hostile,
+                            fault_kind::twice,     fault_kind::kill,   fault_kind::power_cut,
+                            fault_kind::restart,   fault_kind::clock}))
+            return;
+        const double line_us = 1e3 * file.at("plc").value("interpolate_ms", 0.0);
+        const double update_us = 1e6 * of_.box_machine.twin.plc.scan_s;
+        const double wanted_us = exchange_us_ + (line_us > 0 ? update_us / 2 : update_us) +
+                                 (static_cast<double>(of_.running().period_us) + line_us) / 2;
+        const double lead_us = all.value("lead_us", 0.0);
+        if (std::abs(lead_us - std::min(wanted_us, 500e3)) > 4000 + 0.05 * wanted_us)
+            violated(fmt::format("lead_us is {}, {} µs are measured", lead_us, wanted_us));
+    }
+    void time_exchange(const machine &facts, const exchange &seen) {
+        if (!seen.written.empty() && read_ns_ > 0) {
+            const double us_ = 1e-3 * static_cast<double>(seen.now + seen.duration - read_ns_);
+            exchange_us_ += exchanges_++ == 0 ? us_ : (us_ - exchange_us_) / 8;
+        }
+        if (is_reading(facts, seen)) read_ns_ = seen.sent;
+    }
+    void check_can(const nlohmann::json &all) {
+        if (!all.contains("can") || of_.can == nullptr) return;
+        const auto counted = all.at("can").value("queue_overflows", std::uint64_t{0});
+        if (counted > of_.can->lost - can_lost_)
+            violated(fmt::format("queue_overflows is {}, {} frames were lost", counted,
+                                 of_.can->lost - can_lost_));
     }
     // More than five periods between two steps are a jump of the clock (docs/faults.md). What comes
     // before the first step is behind none.
@@ -123,6 +199,7 @@ class stats_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (seen.duration == never) return;  // the box gets nothing
+        time_exchange(facts, seen);
         // On a serial line a write behind a lost reply needs a reading first (docs/rtu.md).
         probes_ += seen.exception != 0 && seen.function == 3 && !facts.plc_device.empty();
         torn_ += is_reading(facts, seen) && !head_of(facts, seen).whole;
@@ -130,6 +207,10 @@ class stats_invariant : public invariant {
     }
 
     time_ns ticked_ns_ = 0, longest_between_steps_ns_ = 0;  // of this daemon
+    std::uint64_t can_lost_ = 0;                            // before this daemon
+    double exchange_us_ = 0;  // from a reading to the reply to what it led to, filtered
+    std::uint64_t exchanges_ = 0;
+    time_ns read_ns_ = 0;
     std::uint64_t torn_ = 0, refused_ = 0;
     std::uint64_t probes_ = 0;  // refused readings, each of which may be in a write's place
 };
@@ -351,12 +432,31 @@ class record_invariant : public invariant {
 };
 
 // Events stay, line by line, until a power cut; only refused calls and power cuts leave a part of
-// one.
+// one. Those that are missing are lines that the log leaves out.
 class events_invariant : public invariant {
   public:
     explicit events_invariant(run &of) : invariant(of, "events") {}
-    void started() override { check(); }
-    void ended(const ending &) override { check(); }
+    void started() override {
+        check();
+        lost_ = left_out_ = 0;
+    }
+    void logged(const std::string &line) override {
+        unsigned count = 0;
+        const auto at = line.find(": (");
+        if (at != std::string::npos && line.find(" left out)") != std::string::npos &&
+            std::sscanf(line.c_str() + at, ": (%u line", &count) == 1)
+            left_out_ += count;
+    }
+    void ended(const ending &how) override {
+        check();
+        if (how.by_signal ||
+            draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
+                            fault_kind::links, fault_kind::reader}))
+            return;
+        if (lost_ > left_out_)
+            violated(fmt::format("{} events are missing, the log leaves out {} lines", lost_,
+                                 left_out_));
+    }
 
   private:
     void check() {
@@ -368,7 +468,9 @@ class events_invariant : public invariant {
                                                       fault_kind::refuse, fault_kind::links}))
             violated(fmt::format("{} lines of events, there were {}", lines.size(), lines_));
         for (std::size_t i = lines_; i + 1 < lines.size(); ++i) {
-            if (nlohmann::json::accept(lines[i])) continue;
+            const auto event = nlohmann::json::parse(lines[i], nullptr, false);
+            if (event.is_object()) lost_ += event.value("lost_before", std::uint64_t{0});
+            if (!event.is_discarded()) continue;
             if (!draws_any(of_, {fault_kind::power_cut, fault_kind::kill, fault_kind::disk,
                                  fault_kind::refuse, fault_kind::partial}))
                 violated("a line of events is no JSON object: " + lines[i]);
@@ -381,6 +483,7 @@ class events_invariant : public invariant {
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;
+    std::uint64_t lost_ = 0, left_out_ = 0;  // by this daemon
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
