@@ -174,6 +174,8 @@ class refused_invariant : public invariant {
         if (!seen.written.empty()) {
             times_ = 0;
             refused_ns_ = never;
+            const unsigned mode = block_of(of_.author_of(seen), seen).mode;
+            if (mode != fakeplc::box_mode::fault) taken_ns_ = seen.sent;
         } else if (seen.exception != 0 && seen.function != 3) {
             refused_ns_ = std::min(refused_ns_, seen.now);
         }
@@ -186,6 +188,11 @@ class refused_invariant : public invariant {
         // One of the lines that the log's limit left out may be FAULT.
         for (const char *mode : {"FAULT: ", "STOPPED: ", "about the mode left out"})
             ends_ = ends_ || line.find(mode) != std::string::npos;
+        const time_ns since_ns = of_.time.now() - taken_ns_;
+        if (line.find("FAULT: the PLC refuses the writes") != std::string::npos &&
+            since_ns < least_refused && hears_all() && !draws(of_, fault_kind::mute))
+            violated(fmt::format("FAULT by refused writes, {} ms after one that was accepted",
+                                 since_ns / ms));
         if (line.find("ACTIVE: ") == std::string::npos) return;
         if (++times_ > most_times && hears_all())
             violated(fmt::format("ACTIVE {} times, and the PLC accepted no write", times_));
@@ -199,9 +206,11 @@ class refused_invariant : public invariant {
                                 fault_kind::foreign, fault_kind::partial, fault_kind::memory});
     }
     static constexpr int most_times = 6;
+    static constexpr time_ns least_refused = 2500 * ms;  // the box: 3 s
     int times_ = 0;
-    time_ns refused_ns_ = never;  // the first since the last write that was accepted
-    bool ends_ = false;           // the last mode in the log is FAULT or STOPPED
+    time_ns taken_ns_ = -never / 2;  // the newest write that is no FAULT
+    time_ns refused_ns_ = never;     // the first since the last write that was accepted
+    bool ends_ = false;              // the last mode in the log is FAULT or STOPPED
 };
 
 // Compensation needs a PLC that confirms: behind a contact, an outage and another contact the box

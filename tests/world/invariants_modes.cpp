@@ -226,12 +226,19 @@ class reset_invariant : public invariant {
 class status_invariant : public invariant {
   public:
     explicit status_invariant(run &of) : invariant(of, "status"), lag_ns_(longest_lag(of)) {}
-    void started() override { before_.reset(); }
+    void started() override {
+        before_.reset();
+        hold_ns_ = stop_ns_ = never;
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (is_read_back(facts, seen) || is_refused_read_back(facts, seen)) {
             before_.reset();  // the outputs may be set to the PLC's
             sent_ns_ = std::max(sent_ns_, seen.sent);
+        }
+        if (is_reading(facts, seen)) {
+            const read_head head = head_of(facts, seen);
+            if (!head.enables() || !head.references(facts)) withdrawn_ns_ = seen.sent;
         }
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
@@ -327,20 +334,41 @@ class status_invariant : public invariant {
     }
     void watch_hold(const machine &facts, const written_block &block, time_ns sent) {
         if (block.mode != fakeplc::box_mode::hold) {
+            judge_end_of_hold(facts, block, sent);
             hold_ns_ = never;
+            unheld_ns_ = sent;
             return;
         }
         // Between two writes with a gap, which the PLC refused or never got, it was in other modes.
         const time_ns gap_ns = sent - std::exchange(held_ns_, sent);
         if (gap_ns > 3 * facts.period_us * us) hold_ns_ = never;
         hold_ns_ = std::min(hold_ns_, sent);
+        const bool stops = of_.stop_asked || of_.asked_to_stop;
+        stop_ns_ = stops ? std::min(stop_ns_, sent) : never;
+        if (lag_ns_ == 0 && sent - stop_ns_ > second / 2 + 4 * facts.period_us * us)
+            violated(
+                fmt::format("HOLD {} ms behind the request for a stop", (sent - stop_ns_) / ms));
         const time_ns most = facts.hold_us * us + 8 * facts.period_us * us +
                              (lag_ns_ == never ? 200 * second : lag_ns_);
         if (sent - hold_ns_ > most) violated(fmt::format("HOLD for {} ms", (sent - hold_ns_) / ms));
     }
 
-    time_ns lag_ns_, sent_ns_ = 0, hold_ns_ = never;
-    time_ns held_ns_ = 0;  // the newest write that is HOLD
+    // Only a stop and a reading without enable or a reference end HOLD before hold_ms.
+    void judge_end_of_hold(const machine &facts, const written_block &block, time_ns sent) {
+        const bool ramps = hold_ns_ != never && block.mode == fakeplc::box_mode::ramp;
+        if (!ramps || block.reason == box_reason::stop || lag_ns_ != 0 || of_.stop_asked ||
+            of_.asked_to_stop || withdrawn_ns_ >= unheld_ns_ - 5 * facts.period_us * us ||
+            draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                            fault_kind::wire, fault_kind::line}))
+            return;
+        const time_ns held_ns = sent - unheld_ns_;
+        if (held_ns < facts.hold_us * us - 4 * facts.period_us * us)
+            violated(fmt::format("HOLD became RAMP after {} ms", held_ns / ms));
+    }
+
+    time_ns lag_ns_, sent_ns_ = 0, hold_ns_ = never, stop_ns_ = never;
+    time_ns held_ns_ = 0;                                         // the newest write that is HOLD
+    time_ns unheld_ns_ = -never / 2, withdrawn_ns_ = -never / 2;  // … or not; a reading without
     std::optional<written_block> before_;
 };
 
