@@ -280,6 +280,112 @@ TEST_P(reference_finds, a_planted_defect) {
 
 INSTANTIATE_TEST_SUITE_P(world, reference_finds, testing::ValuesIn(arithmetic));
 
+// ---- what files and status say
+
+struct untruth {
+    const char *name, *invariant, *faults;
+    unsigned seeds;  // one in so many has what the defect needs
+    defect planted;
+};
+
+defect to_rows(const std::function<void(cb_row &)> &change) {
+    return [change](cb_loop &loop) {
+        for (cb_row &row : loop.rows) change(row);
+    };
+}
+
+const untruth untruths[] = {
+    {"two_wake_ups_at_once", "statistics", "none", 1,
+     to_rows([](cb_row &row) { row.interval_ns = 1; })},
+    {"samples_that_were_not_implausible", "statistics", "none", 1,
+     [](cb_loop &loop) { loop.box->counters.samples_implausible = 5; }},
+    {"frames_that_were_not_lost", "statistics", "none", 1,
+     [](cb_loop &loop) { loop.target.can.can.counters.queue_overflows = 5; }},
+    {"a_lead_that_is_too_long", "statistics", "none", 1,
+     [](cb_loop &loop) { loop.box->life.lead.exchange_us = 200000; }},
+    {"outputs_that_were_not_sent", "rows", "none", 4,
+     to_rows([](cb_row &row) { row.channels[0].output_um = 0.125F; })},
+    {"a_reading_that_was_not_read", "rows", "none", 4,
+     to_rows([](cb_row &row) { row.signals[3].value += 0.5F; })},
+    {"a_lag_of_twice_the_time", "rows", "loss", 4, to_config([](cb_config &config) {
+         for (unsigned i = 0; i < config.lags_count; ++i) config.lag_links[i].tau_s *= 2;
+     })},
+    {"a_hold_that_ends_early", "status", "sensors", 1,
+     [](cb_loop &loop) { loop.box->mode.hold_us = 100000000; }},
+    {"a_fault_without_missed_periods", "overrun", "none", 1,
+     [](cb_loop &loop) {
+         if (loop.made > 200) loop.box->life.overrun_score = CB_OVERRUN_FAULT;
+     }},
+    {"a_fault_without_refused_writes", "refused", "exception", 1,
+     [](cb_loop &loop) {
+         if (loop.made <= 200) return;
+         loop.box->plc.refusing = true;
+         loop.box->plc.refused_us = CB_REFUSED_US + 1;
+     }},
+    {"a_sigma_of_another_place", "sigma", "none", 7,
+     [](cb_loop &loop) {
+         for (auto &place : loop.box->sigma.place) place[0] = 1e4F;
+     }},
+    {"measurements_that_count_twice", "adapted", "none", 2,
+     [](cb_loop &loop) { loop.box->probes[0].skipped = 10000000; }},
+};
+
+void PrintTo(const untruth &of, std::ostream *out) {
+    *out << of.name;
+}
+
+class untruth_finds : public testing::TestWithParam<untruth> {};
+
+TEST_P(untruth_finds, a_planted_defect) {
+    constexpr int tries = 60;
+    run_options options;
+    options.cycles = 1500;
+    options.faults = fault_set_of(GetParam().faults);
+    for (int i = 1; i <= tries; ++i) {
+        options.seed = GetParam().seeds * static_cast<unsigned>(i);
+        options.prepare = [](run &world) { plant(world, GetParam().planted); };
+        const run_result result = run_isolated(options);
+        if (result.violations.empty() || result.violations[0].invariant != GetParam().invariant)
+            continue;
+        options.prepare = {};
+        EXPECT_TRUE(run_isolated(options).violations.empty()) << options.seed;
+        return;
+    }
+    FAIL() << "none of the runs has what the defect needs";
+}
+
+INSTANTIATE_TEST_SUITE_P(world, untruth_finds, testing::ValuesIn(untruths));
+
+TEST(events, a_number_of_lost_ones_that_the_log_does_not_leave_out_is_found) {
+    run_options options;
+    options.seed = 1;
+    options.prepare = [](run &world) {
+        world.time.at(20 * second, [&world] {
+            const std::string text = world.box.files.text(run::events_path);
+            world.box.files.replace(run::events_path, text + "{\"lost_before\": 5}\n");
+        });
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "events");
+}
+
+TEST(rows, those_in_two_files_of_the_black_box_are_found) {
+    run_options options;
+    options.seed = 1;  // has a black box
+    options.prepare = [](run &world) {
+        world.time.at(20 * second, [&world] {
+            for (const char *name :
+                 {"000001-20240101T000000Z-HOLD.csv", "000002-20240101T000100Z-HOLD.csv"})
+                world.box.files.put(std::string(run::blackbox_path) + "/" + name,
+                                    "time_s,mode,reason,unix_s\n0.000000,1,0,1.000\n");
+        });
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "rows");
+}
+
 // ---- a good file that the running daemon refuses
 
 run_options with_quiet_end() {
