@@ -195,6 +195,7 @@ void can_bus::sent_by_box(const can_frame &frame) {
     if (sent) sent(frame);
     if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
     for (can_node &node : nodes) {
+        if (node.deaf) continue;
         if (frame.data[1] == 0 || frame.data[1] == node.number) node.operational = true;
     }
 }

@@ -22,7 +22,8 @@ struct can_node {
     time_ns every = 100 * ms;  // of its TPDO
     time_ns heartbeat = 200 * ms;
     double temperature_degC = 20;
-    bool operational = false, silent = false;
+    bool supervised = false;  // the box starts it, and watches whether it obeys
+    bool operational = false, silent = false, deaf = false;  // deaf: no start reaches it
 };
 
 class can_bus {

@@ -132,7 +132,8 @@ class fault_injector : public call_faults,
     // Calls `what` later, also when faults have ended: for the end of something that lasts.
     void later(time_ns pause, const std::function<void()> &what);
 
-    void plan_wires();  // faults_wires.cpp
+    void plan_wires();
+    void be_deaf(std::size_t node, time_ns duration);  // faults_wires.cpp
 
     void plan_operator();  // faults_plc.cpp
     void plan_plc();

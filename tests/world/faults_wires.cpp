@@ -44,6 +44,12 @@ line_fate fault_injector::at_line(bool) {
     return fate;
 }
 
+// The first starts do not reach a node that booted.
+void fault_injector::be_deaf(std::size_t node, time_ns duration) {
+    of_.can->nodes[node].deaf = true;
+    of_.time.at(of_.time.now() + duration, [this, node] { of_.can->nodes[node].deaf = false; });
+}
+
 void fault_injector::plan_wires() {
     repeat(fault_kind::line, 40 * second, [this] {
         serial_line *const line =
@@ -74,6 +80,7 @@ void fault_injector::plan_wires() {
                 break;
             case 3:
                 note(fault_kind::can, "a node boots");
+                if (of_.can->nodes[node].supervised) be_deaf(node, duration);
                 of_.can->reboot(node);
                 break;
             case 4:

@@ -410,7 +410,8 @@ class reason_invariant : public invariant {
         const written_block &block = block_of(facts, seen);
         static const std::set<unsigned> of_reading = {not_enabled, not_referenced, heartbeat,
                                                       signal, wait};
-        static const std::set<unsigned> of_loss = {no_plc, heartbeat, clock, unconfirmed};
+        static const std::set<unsigned> of_loss = {no_plc,      heartbeat, clock,
+                                                   unconfirmed, unapplied, foreign};
         const time_ns most_ns = 6 * facts.period_us * us + lag_ns_;
         if (reads_judged_ && read_ns_ != never && seen.sent - read_ns_ > most_ns &&
             of_reading.count(block.reason) > 0)

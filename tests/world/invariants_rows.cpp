@@ -58,9 +58,9 @@ class rows_invariant : public invariant {
                                 fault_kind::line, fault_kind::plc_stop, fault_kind::foreign,
                                 fault_kind::exception, fault_kind::mute, fault_kind::stray,
                                 fault_kind::boundary, fault_kind::twice, fault_kind::disk})),
-          lags_judged_(longest_lag(of) == 0 &&
-                       !draws_any(of, {fault_kind::clock, fault_kind::reload, fault_kind::hostile,
-                                       fault_kind::memory})) {}
+          lags_judged_(
+              longest_lag(of) == 0 &&
+              !draws_any(of, {fault_kind::clock, fault_kind::hostile, fault_kind::memory})) {}
     void started() override {
         sent_.clear();
         read_.clear();
@@ -168,20 +168,23 @@ class rows_invariant : public invariant {
     void check_lags(const std::string &text) {
         struct lag {
             std::string name, of;
+            bool squares;
             double tau_s, y = 0, u = 0, at_s = 0, before_s = -1;
         };
         std::vector<lag> lags;
         const auto file = nlohmann::json::parse(of_.box_machine.text);
         for (const auto &entry : file.at("signals"))
             if (entry.contains("lag_of"))
-                lags.push_back({entry.at("name"), entry.at("lag_of"), entry.at("tau_s")});
+                lags.push_back({entry.at("name"), entry.at("lag_of"), entry.value("power", 1) == 2,
+                                entry.at("tau_s")});
         row_reader rows(text);
         while (rows.next()) {
             if (rows.number("unix_s") < start_s_ - 1e-3) continue;
             const double now_s = rows.number("time_s");
             for (lag &one : lags) {
                 if (!rows.has(one.name) || !rows.has(one.of)) continue;
-                const double y = rows.number(one.name), u = rows.number(one.of);
+                const double y = rows.number(one.name), x = rows.number(one.of);
+                const double u = one.squares ? x * x : x;
                 const bool same = y == one.y && u == one.u;
                 if (one.before_s >= 0 && !same) {
                     const double a = lagged(one.y, one.u, u, now_s - one.at_s, one.tau_s);

@@ -129,6 +129,7 @@ struct draft {
         const bool start = !node.starts_itself || chance.one_in(2);
         json entry = {{"node", number}, {"start", start}};
         if (!start || chance.one_in(2)) entry["heartbeat_timeout_ms"] = 1000;
+        made.nodes.back().supervised = start && entry.contains("heartbeat_timeout_ms");
         root["can"]["nodes"].push_back(entry);
         lags.push_back(name);
     }
@@ -507,7 +508,7 @@ struct draft {
     void draw_polynomials() {
         dice own(made.twin.seed, "polynomials");
         for (auto &term : root["terms"]) {
-            if (term["type"] != "polyline" || term.contains("backward") || !own.one_in(5)) continue;
+            if (term["type"] != "polyline" || term.contains("backward") || !own.one_in(3)) continue;
             const double half = travel_of(term["signal"]) / 2;
             json made_term = {{"name", term["name"]},     {"type", "polynomial"},
                               {"signal", term["signal"]}, {"center", half},
@@ -555,6 +556,23 @@ struct draft {
         }
     }
 
+    // Likewise: other byte orders, of a PLC that may have any, and lags of squares.
+    void draw_orders() {
+        dice own(made.twin.seed, "orders");
+        const bool any = is("generic") && own.one_in(3);
+        const auto change = [&own](json &type) {
+            const std::string name = type;
+            if (name == "int32" || name == "float32") type = name + (own.one_in(2) ? "cdab" : "le");
+            if (name == "int16") type = name + "le";
+        };
+        for (auto &signal : root["signals"]) {
+            if (any && signal.contains("plc") && own.one_in(2)) change(signal["type"]);
+            if (signal.contains("lag_of") && own.one_in(6)) signal["power"] = 2;
+        }
+        for (auto &entry : root["channels"])
+            if (any && own.one_in(2)) change(entry["type"]);
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -588,6 +606,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_narrow_ranges();
     file.draw_polynomials();
     file.draw_volumetric();
+    file.draw_orders();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");
@@ -601,7 +620,8 @@ channel_facts facts_of_channel(const json &entry) {
     facts.name = entry.at("name");
     facts.limit_um = entry.at("limit_um");
     facts.slew_um_per_s = entry.at("slew_um_per_s");
-    facts.unit_um = entry.value("type", "int32") == "float32" ? 0 : entry.value("scale", 1.0);
+    const bool real = entry.value("type", "int32").rfind("float32", 0) == 0;
+    facts.unit_um = real ? 0 : entry.value("scale", 1.0);
     facts.sign = entry.value("sign", 1);
     facts.has_applied = entry.contains("applied");
     facts.error_um = entry.value("error_um", 0.0);
@@ -685,6 +705,14 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         for (const char *key : {"limit_um", "error_um"})
             channel[key] = rounded(1.05 * channel[key].get<double>());
     }
+    if (of.profile.name != "fanuc" && own.one_in(6)) {  // which lowers a slew rate itself
+        json &channel = root["channels"][own.below(root["channels"].size())];
+        channel["slew_um_per_s"] = rounded(1.5 * channel["slew_um_per_s"].get<double>());
+    }
+    if (root.contains("pairs") && own.one_in(6)) {
+        double most = root["pairs"][0]["max_difference_um"];
+        root["pairs"][0]["max_difference_um"] = rounded(1.5 * most);
+    }
     return root.dump(1);
 }
 
@@ -703,9 +731,12 @@ bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];
         if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
+            is.slew_um_per_s > was.slew_um_per_s ||
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;
     }
+    for (std::size_t p = 0; p < std::min(fresh.pairs.size(), than.pairs.size()); ++p)
+        if (fresh.pairs[p].most_um > than.pairs[p].most_um) return true;
     return false;
 }
 
