@@ -7,6 +7,7 @@
 #include "tests/world/faults.h"
 #include "tests/world/hostile_file.h"
 #include "tests/world/run.h"
+#include "tests/world/wrong_file.h"
 
 namespace compbox::world {
 
@@ -83,16 +84,20 @@ void fault_injector::spoil_config_path() {
 
 void fault_injector::put_hostile_file() {
     dice &drawn = chance(fault_kind::hostile);
-    const std::string text =
-        hostile_file(another_file(of_.box_machine, drawn, of_.next_revision()), drawn);
+    const std::string before = another_file(of_.box_machine, drawn, of_.next_revision());
+    std::string text = hostile_file(before, drawn);
+    dice own(of_.options.seed + of_.revision, "wrong file");
+    const bool wrong = own.one_in(3);
+    if (wrong) text = wrong_file(before, own);
     if (of_.knows_revision_of(text)) return;
-    note(fault_kind::hostile,
-         fmt::format("a file of {} bytes, from revision {}", text.size(), of_.revision));
+    note(fault_kind::hostile, fmt::format("a {}file of {} bytes, from revision {}",
+                                          wrong ? "wrong " : "", text.size(), of_.revision));
+    if (wrong) of_.wrong_revisions.insert(of_.revision);
     if (drawn.one_in(2))
         of_.box.files.replace(run::config_path, text);
     else
         of_.box.files.put(run::config_path, text);
-    of_.note_file(text);
+    if (!wrong) of_.note_file(text);
     if (drawn.one_in(3)) return;  // it stays
     const std::string good = another_file(of_.box_machine, drawn, of_.next_revision());
     of_.note_file(good);

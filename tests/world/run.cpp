@@ -132,6 +132,8 @@ void run::follow_file() {
     steps_of_daemon = loop->made;
     const unsigned now = loop->box->config.revision, before = taken_.back().revision;
     const bool first = std::exchange(runs_first_file_, true) == false;
+    if (wrong_revisions.count(now) > 0 && options.faults.count(fault_kind::memory) == 0)
+        report("wrong file", fmt::format("revision {} runs, and has a mistake", now));
     if (now == before || files_.count(now) == 0) return;
     taken_.push_back({time.now(), now});
     if (first) return;

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -78,6 +79,7 @@ class run {
     // Another file of this revision was noted.
     bool knows_revision_of(const std::string &text) const;
     std::string good_file_of(unsigned revision);
+    std::set<unsigned> wrong_revisions;  // of files that no box takes
     // out: after so long with enable off all outputs are zero
     time_ns rest_ns();
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";

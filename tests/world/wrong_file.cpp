@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/wrong_file.h"
+
+#include <nlohmann/json.hpp>
+#include <utility>
+#include <vector>
+
+#include "host-tools/formats/json_type.h"
+
+namespace compbox::world {
+
+namespace {
+
+// Each makes its mistake. out: false: the file has no place for it, and is as before
+using mistake = bool (*)(json &root);
+
+// out: the first term with this key; nullptr: none
+json *term_with(json &root, const char *key) {
+    for (auto &term : root["terms"])
+        if (term.contains(key)) return &term;
+    return nullptr;
+}
+
+json *lag_of(json &root) {
+    for (auto &signal : root["signals"])
+        if (signal.contains("lag_of")) return &signal;
+    return nullptr;
+}
+
+const mistake mistakes[] = {
+    [](json &root) {
+        json &channels = root["channels"];
+        channels[0]["plc"] = channels.size() > 1 ? channels[1]["plc"] : root["plc"]["status"];
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["box_heartbeat"] = root["plc"]["status"];
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["plc_heartbeat"] = root["plc"]["control"];
+        return true;
+    },
+    [](json &root) {
+        root["signals"][0]["plc"] = root["plc"]["control"];
+        return true;
+    },
+    [](json &root) {
+        root["signals"][0]["plc"] = root["plc"]["read"]["start"].get<int>() + 4000;
+        return true;
+    },
+    [](json &root) {
+        json &channel = root["channels"][0];
+        channel["deadband_um"] = 2 * channel["limit_um"].get<double>();
+        return true;
+    },
+    [](json &root) {
+        json &channel = root["channels"][0];
+        channel["error_um"] = channel["limit_um"].get<double>() / 2;
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["type"] = "uint16";
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["sum"][0] = "nothing";
+        return true;
+    },
+    [](json &root) {
+        json &sum = root["channels"][0]["sum"];
+        sum.push_back(sum[0]);
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["sum"] = json::array();
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0].erase("slew_um_per_s");
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["slew"] = 1;
+        return true;
+    },
+    [](json &root) {
+        if (root["channels"].size() < 2) return false;
+        root["channels"][1]["name"] = root["channels"][0]["name"];
+        return true;
+    },
+    [](json &root) {
+        root["signals"][1]["name"] = root["signals"][0]["name"];
+        return true;
+    },
+    [](json &root) {
+        std::swap(root["signals"][0]["min"], root["signals"][0]["max"]);
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["heartbeat_timeout_ms"] = 1;
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["read"]["count"] = 126;
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["interpolate_ms"] = 2 * root["cycle"]["period_ms"].get<double>();
+        return true;
+    },
+    [](json &root) {
+        root["plc"]["referenced_bits"] = {1, 2};
+        return true;
+    },
+    [](json &root) {
+        root["format"] = "compbox/2";
+        return true;
+    },
+    [](json &root) {
+        json *const lag = lag_of(root);
+        if (lag != nullptr) (*lag)["lag_of"] = (*lag)["name"];
+        return lag != nullptr;
+    },
+    [](json &root) {
+        json *const lag = lag_of(root);
+        if (lag != nullptr) (*lag)["tau_s"] = 0;
+        return lag != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "positions");
+        if (term != nullptr) (*term)["positions"][1] = (*term)["positions"][0];
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "positions");
+        if (term != nullptr) (*term)["values"].push_back(0);
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "knots");
+        if (term != nullptr) (*term)["knots"].back() = -1;
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "hidden_bias");
+        if (term != nullptr) (*term)["hidden_bias"].push_back(0);
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "input_max");
+        if (term != nullptr) std::swap((*term)["input_max"], (*term)["input_min"]);
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "bank");
+        if (term != nullptr) (*term)["bank"]["weights"][0].push_back(0);
+        return term != nullptr;
+    },
+    [](json &root) {
+        json *const term = term_with(root, "chain");
+        if (term != nullptr) (*term)["chain"] = "XXYf";
+        return term != nullptr;
+    },
+    [](json &root) {
+        if (!root.contains("pairs")) return false;
+        json &names = root["pairs"][0]["channels"];
+        names[1] = names[0];
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("pairs")) return false;
+        root["pairs"].push_back(root["pairs"][0]);
+        return true;
+    },
+};
+
+}  // namespace
+
+std::string wrong_file(const std::string &good, dice &chance) {
+    json root = json::parse(good);
+    while (!mistakes[chance.below(std::size(mistakes))](root)) continue;
+    return root.dump(1);
+}
+
+}  // namespace compbox::world
