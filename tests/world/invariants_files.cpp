@@ -27,6 +27,8 @@ class stats_invariant : public invariant {
         check_both("at a start");
         longest_between_steps_ns_ = 0;
         can_lost_ = of_.can ? of_.can->lost : 0;
+        alarm_ = false;
+        alarms_ = 0;
     }
     void file_written(const std::string &path, const node &) override {
         if (path == run::stats_path || path == run::snapshot_path) check(path, "after a write");
@@ -44,6 +46,7 @@ class stats_invariant : public invariant {
         check_times(all);
         check_can(all);
         check_plausible(all.at("box"));
+        check_alarms(all.at("box"));
         check_lead(all);
     }
 
@@ -137,6 +140,20 @@ class stats_invariant : public invariant {
         if (std::abs(lead_us - std::min(wanted_us, 500e3)) > 4000 + 0.05 * wanted_us)
             violated(fmt::format("lead_us is {}, {} µs are measured", lead_us, wanted_us));
     }
+    // An alarm of the NC counts once, for as long as it stays (docs/faults.md).
+    void check_alarms(const nlohmann::json &box) {
+        const auto counted = box.value("nc_alarms", std::uint64_t{0});
+        if (counted > alarms_ && !draws_any(of_, {fault_kind::wire, fault_kind::line,
+                                                  fault_kind::memory, fault_kind::hostile}))
+            violated(fmt::format("nc_alarms is {}, the NC had {}", counted, alarms_));
+    }
+    void see_alarm(const machine &facts, const exchange &seen) {
+        if (!facts.map.handshake || !is_reading(facts, seen)) return;
+        const auto at = static_cast<std::size_t>(*facts.map.handshake - facts.map.read.start);
+        const bool alarm = (seen.read[at] >> 15 & 1) != 0;
+        alarms_ += alarm && !alarm_;
+        alarm_ = alarm;
+    }
     void time_exchange(const machine &facts, const exchange &seen) {
         if (!seen.written.empty() && read_ns_ > 0) {
             const double us_ = 1e-3 * static_cast<double>(seen.now + seen.duration - read_ns_);
@@ -200,6 +217,7 @@ class stats_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (seen.duration == never) return;  // the box gets nothing
         time_exchange(facts, seen);
+        see_alarm(facts, seen);
         // On a serial line a write behind a lost reply needs a reading first (docs/rtu.md).
         probes_ += seen.exception != 0 && seen.function == 3 && !facts.plc_device.empty();
         torn_ += is_reading(facts, seen) && !head_of(facts, seen).whole;
@@ -211,6 +229,8 @@ class stats_invariant : public invariant {
     double exchange_us_ = 0;  // from a reading to the reply to what it led to, filtered
     std::uint64_t exchanges_ = 0;
     time_ns read_ns_ = 0;
+    bool alarm_ = false;  // in the newest reading
+    std::uint64_t alarms_ = 0;
     std::uint64_t torn_ = 0, refused_ = 0;
     std::uint64_t probes_ = 0;  // refused readings, each of which may be in a write's place
 };
