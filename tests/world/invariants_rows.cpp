@@ -164,12 +164,12 @@ class rows_invariant : public invariant {
         return y + gain * (u - y) + ramp * (to - u);
     }
     // By each two rows. Whether a row had a reading is not known: the lag goes on from the row
-    // before or from the last one that changed.
+    // before or from the last one that changed, which the first rows of a file do not know.
     void check_lags(const std::string &text) {
         struct lag {
             std::string name, of;
             bool squares;
-            double tau_s, y = 0, u = 0, at_s = 0, before_s = -1;
+            double tau_s, y = 0, u = 0, at_s = -1, before_s = -1;
         };
         std::vector<lag> lags;
         const auto file = nlohmann::json::parse(of_.box_machine.text);
@@ -186,7 +186,7 @@ class rows_invariant : public invariant {
                 const double y = rows.number(one.name), x = rows.number(one.of);
                 const double u = one.squares ? x * x : x;
                 const bool same = y == one.y && u == one.u;
-                if (one.before_s >= 0 && !same) {
+                if (one.at_s >= 0 && !same) {
                     const double a = lagged(one.y, one.u, u, now_s - one.at_s, one.tau_s);
                     const double b = lagged(one.y, one.u, u, now_s - one.before_s, one.tau_s);
                     const double near = 1e-5 + 4e-6 * std::fabs(u) +
@@ -196,7 +196,7 @@ class rows_invariant : public invariant {
                         violated(fmt::format("{} is {} at {} s, behind {} it is {} or {}", one.name,
                                              y, now_s, one.y, a, b));
                 }
-                if (!same || one.before_s < 0) one.at_s = now_s;
+                if (!same && one.before_s >= 0) one.at_s = now_s;
                 one.before_s = now_s;
                 one.y = y;
                 one.u = u;
