@@ -301,6 +301,8 @@ const untruth untruths[] = {
      [](cb_loop &loop) { loop.box->counters.samples_implausible = 5; }},
     {"frames_that_were_not_lost", "statistics", "none", 1,
      [](cb_loop &loop) { loop.target.can.can.counters.queue_overflows = 5; }},
+    {"alarms_that_were_none", "statistics", "none", 1,
+     [](cb_loop &loop) { loop.box->counters.nc_alarms = 5; }},
     {"a_lead_that_is_too_long", "statistics", "none", 1,
      [](cb_loop &loop) { loop.box->life.lead.exchange_us = 200000; }},
     {"outputs_that_were_not_sent", "rows", "none", 4,
@@ -368,6 +370,14 @@ TEST(events, a_number_of_lost_ones_that_the_log_does_not_leave_out_is_found) {
     const run_result result = run_isolated(options);
     ASSERT_EQ(result.violations.size(), 1u);
     EXPECT_EQ(result.violations[0].invariant, "events");
+}
+
+TEST(wrong_files, one_that_runs_is_found) {
+    run_options options;
+    options.prepare = [](run &world) { world.wrong_revisions.insert(1); };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "wrong file");
 }
 
 TEST(rows, those_in_two_files_of_the_black_box_are_found) {
