@@ -4,55 +4,23 @@ between them, alerts, a page, and boxes: a real one before fakeplc, and simulate
 listens on 127.0.0.1 alone, lives in one folder, and ends with this process."""
 
 import contextlib
-import ctypes
-import getpass
 import json
 import math
-import os
 import pathlib
 import random
-import secrets
 import shutil
-import signal
-import socket
 import subprocess
-import threading
 import time
 
-from . import bridge, links, pages, tools
+from . import bridge, pages, tools
 from .errors import FleetError
-from .registry import write_file
+from .logins import Logins
+from .processes import Processes, free_port, program_of
 
 REAL, DRIFTS = "lathe-1", "lathe-3"
 FORECAST_UM = 1.0  # what the models of the simulated boxes promise
 PERIOD_S = 2.0  # between two values; a real box has 10
 HERE = pathlib.Path(__file__).resolve().parent
-PR_SET_PDEATHSIG = 1
-
-
-def die_with_parent():
-    """In a child: it gets SIGTERM if this process is killed."""
-    ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-def program_of(name, package):
-    """out: the path of a program beside compbox, or of the system. Throws FleetError that names its package"""
-    beside = pathlib.Path(os.environ.get("COMPBOX_PROGRAM", "compbox")).parent
-    found = shutil.which(name, path=f"{beside}:{os.environ.get('PATH', '')}:/usr/sbin")
-    if not found:
-        raise FleetError(f"{name} is missing; install the package {package}")
-    return found
-
-
-def listens(port):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
 def rules():
@@ -64,13 +32,12 @@ def rules():
     return found
 
 
-class Demo:
-    """in: a folder of its own; names of boxes. start() returns when all is there; close() ends all of it"""
+class Demo(Processes):
+    """in: a folder of its own; number of boxes. start() returns when all is there; close() ends all of it"""
 
     def __init__(self, folder, count):
-        self.folder, self.closing = pathlib.Path(folder), contextlib.ExitStack()
+        super().__init__(pathlib.Path(folder))
         self.names = [f"lathe-{number}" for number in range(1, count + 1)]
-        self.ended, self.ports = threading.Event(), {}
 
     def start(self):
         mosquitto, victoria = program_of("mosquitto", "mosquitto"), program_of("victoria-metrics", "victoria-metrics")
@@ -78,7 +45,8 @@ class Demo:
         for name in ("broker", "database", "alerts"):
             self.ports[name] = free_port()
         at = {name: f"http://127.0.0.1:{port}" for name, port in self.ports.items()}
-        self.secure(mosquitto)
+        self.logins = Logins(self.folder, self.names, self.ports["broker"])
+        self.logins.write()
         self.run("broker", mosquitto, "-c", "mosquitto.conf")
         self.run("database", victoria, "-storageDataPath", "data", "-search.latencyOffset", "0s", "-httpListenAddr",
                  f"127.0.0.1:{self.ports['database']}")
@@ -90,102 +58,22 @@ class Demo:
                  at["database"], "-notifier.url", self.page.address, "-evaluationInterval", "5s", "-httpListenAddr",
                  f"127.0.0.1:{self.ports['alerts']}", "-remoteWrite.flushInterval", "1s")
         self.wait("alerts")
-        self.work("bridge", self.bridged)
+        self.work("bridge", self.bridged, self.logins.link("site", ("+/online", "+/state", "+/values")))
         for number, name in enumerate(self.names):
             if name != REAL:
-                self.work(name, self.simulated, name, random.Random(number))
+                self.work(name, self.simulated, name, self.logins.link(name), random.Random(number))
         self.real_box()
 
-    def close(self):
-        self.ended.set()
-        self.closing.close()
-
-    def run(self, name, program, *arguments, **how):
-        """Starts a program, which ends at close(). out: its process"""
-        log = self.closing.enter_context(open(self.folder / f"{name}.log", "wb"))
-        process = subprocess.Popen([program, *map(str, arguments)], cwd=self.folder, start_new_session=True,
-                                   preexec_fn=die_with_parent,
-                                   **{"stdout": log, "stderr": log, "stdin": subprocess.DEVNULL, **how})
-        self.closing.callback(self.end, process)
-        return process
-
-    @staticmethod
-    def end(process):
-        process.terminate()
-        try:
-            process.wait(20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-        for pipe in (process.stdin, process.stdout):
-            if pipe:
-                pipe.close()
-
-    def work(self, name, function, *arguments):
-        """Runs a function of this package in a thread until close()."""
-        thread = threading.Thread(target=function, args=arguments, name=name)
-        thread.start()
-        self.closing.callback(thread.join)
-
-    def wait(self, *names):
-        """Until these listen. Throws FleetError with the end of the log of one that does not."""
-        for name in names:
-            for _ in range(600):
-                if listens(self.ports[name]):
-                    break
-                time.sleep(0.05)
-            else:
-                lines = (self.folder / f"{name}.log").read_text(errors="replace").strip().splitlines() or ["no log"]
-                raise FleetError(f"{self.folder}/{name}.log: it does not start: {lines[-1]}")
-
-    def secure(self, mosquitto):
-        """An authority and a certificate for 127.0.0.1, a login for each box and for the site, and the rules by which a
-        box sees its own topics alone."""
-        def openssl(*words):
-            done = subprocess.run([program_of("openssl", "openssl"), *words], cwd=self.folder, capture_output=True,
-                                  text=True)
-            if done.returncode:
-                raise FleetError(f"openssl: {done.stderr.strip().splitlines()[-1]}")
-        openssl("req", "-x509", "-newkey", "rsa:2048", "-nodes", "-keyout", "ca.key", "-out", "ca.pem", "-days", "30",
-                "-subj", "/CN=compbox demo")
-        openssl("req", "-newkey", "rsa:2048", "-nodes", "-keyout", "broker.key", "-out", "broker.csr", "-subj",
-                "/CN=127.0.0.1", "-addext", "subjectAltName=IP:127.0.0.1")
-        openssl("x509", "-req", "-in", "broker.csr", "-CA", "ca.pem", "-CAkey", "ca.key", "-CAcreateserial", "-out",
-                "broker.pem", "-days", "30", "-copy_extensions", "copy")
-        self.passwords = {name: secrets.token_urlsafe(16) for name in ("site", *self.names)}
-        self.secret("users", "".join(f"{name}:{word}\n" for name, word in self.passwords.items()))
-        done = subprocess.run([program_of("mosquitto_passwd", "mosquitto"), "-U", "users"], cwd=self.folder,
-                              capture_output=True, text=True)
-        if done.returncode:
-            raise FleetError(f"mosquitto_passwd: {done.stderr.strip()}")
-        for name, word in self.passwords.items():
-            self.secret(f"{name}.password", word + "\n")
-        self.secret("acl", "pattern readwrite compbox/%u/#\nuser site\ntopic readwrite compbox/#\n")
-        lines = [f"listener {self.ports['broker']} 127.0.0.1", "allow_anonymous false", f"user {getpass.getuser()}",
-                 *(f"{key} {self.folder / name}" for key, name in (
-                     ("password_file", "users"), ("acl_file", "acl"), ("cafile", "ca.pem"), ("certfile", "broker.pem"),
-                     ("keyfile", "broker.key")))]
-        (self.folder / "mosquitto.conf").write_text("\n".join(lines) + "\n")
-
-    def secret(self, name, text):
-        write_file(self.folder / name, text.encode())
-        (self.folder / name).chmod(0o600)
-
-    def link(self, name, follow=()):
-        return links.Mqtt(f"127.0.0.1:{self.ports['broker']}", "compbox", 0.2, (name, self.passwords[name]),
-                          self.folder / "ca.pem", follow)
-
-    def bridged(self):
-        link = self.link("site", ("+/online", "+/state", "+/values"))
+    def bridged(self, link):
         try:
             bridge.run(link, bridge.Database(f"http://127.0.0.1:{self.ports['database']}"),
                        lambda: {name: {"x": FORECAST_UM} for name in self.names if name != REAL}, self.ended.is_set)
         finally:
             link.close()
 
-    def simulated(self, name, dice):
+    def simulated(self, name, link, dice):
         """Publishes what compbox-view of a box would, with a probe in each message."""
-        link, began, count = self.link(name), time.time(), 0
+        began, count = time.time(), 0
         send = link.client.publish
         send(f"compbox/{name}/online", "1", 1, True)
         send(f"compbox/{name}/state", json.dumps({"state": 1, "runs": True, "machine": name, "revision": 7,

@@ -15,7 +15,7 @@ import urllib.request
 import paho.mqtt.client
 import psutil
 
-from fleet.demo import free_port, listens
+from fleet.processes import free_port, listens
 
 VALUES, PERIOD_S, PERIODS = 30, 10, 5
 QUIET = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}

@@ -15,13 +15,8 @@ import pytest
 
 from fleets import cli
 from fleet import jobs
+from fleet.processes import free_port
 from twins import TRUTH, Twin
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def test_a_job_is_named_by_its_inputs(plant, twin):

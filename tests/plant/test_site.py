@@ -4,6 +4,7 @@ the bridge while the database is away; the rules and the dashboard of a site."""
 
 import contextlib
 import json
+import os
 import pathlib
 import re
 import signal
@@ -22,7 +23,7 @@ from plant import BIN, ROOT, Broker, free_port, wait_for
 
 sys.path[:0] = [str(ROOT / "host-tools"), str(ROOT / "tests/view")]
 from browser import Browser  # noqa: E402
-from fleet import bridge, demo, links, pages  # noqa: E402
+from fleet import bridge, links, pages, processes  # noqa: E402
 from fleet.errors import FleetError  # noqa: E402
 
 FILES, PICTURES = ROOT / "examples/plant", ROOT / "build/plant"
@@ -189,8 +190,17 @@ def test_the_page_answers_this_computer_alone():
         server.close()
 
 
+def test_a_missing_client_is_named(tmp_path):
+    (tmp_path / "paho.py").write_text("raise ImportError\n")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT / 'host-tools'}", "COMPBOX_PROGRAM": BIN / "compbox"}
+    done = subprocess.run(["/usr/bin/python3", "-m", "fleet", "demo", "-o", "site", "--wait", "1"], cwd=tmp_path,
+                          text=True, capture_output=True, env=environment)
+    assert done.returncode == 1
+    assert done.stderr == "compbox: the MQTT client is missing; install the package python3-paho-mqtt\n"
+
+
 def test_a_missing_program_is_named(monkeypatch):
     monkeypatch.setenv("PATH", "/nowhere")
     monkeypatch.setenv("COMPBOX_PROGRAM", "/nowhere/compbox")
     with pytest.raises(FleetError, match="^vmalert is missing; install the package victoria-metrics$"):
-        demo.program_of("vmalert", "victoria-metrics")
+        processes.program_of("vmalert", "victoria-metrics")
