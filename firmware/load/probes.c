@@ -53,12 +53,10 @@ bool cb_resolve_probes(struct cb_loader *loader, uint32_t terms, uint32_t channe
     struct cb_list list = cb_list(loader, terms);
     while (cb_list_next(&list)) {
         char name[CB_NAME_SIZE];
+        if (cb_find_key(loader, list.at, "probe") == CB_ABSENT) continue; /* of another type */
         if (!cb_read_name(loader, cb_find_key(loader, list.at, "name"), name)) return false;
         const uint8_t own =
             cb_find_name(config->outputs, sizeof config->outputs[0], config->outputs_count, name);
-        if (own == CB_NONE) continue; /* a term with several outputs */
-        const struct cb_term_config *term = &config->terms[config->outputs[own].term];
-        if (term->type != CB_TERM_ADAPT || cb_adapt_channel(&term->as.adapt) != CB_NONE) continue;
         if (!resolve(loader, list.at, own, channels)) return false;
     }
     return true;

@@ -327,5 +327,18 @@ TEST(probes, need_a_file_in_which_one_channel_adds_the_term_alone) {
               "terms[2].of: this term depends on its own output");
 }
 
+// A term of several outputs has a name of its own, which names none of them.
+TEST(probes, are_those_of_the_term_itself_whatever_a_term_of_several_outputs_is_called) {
+    const std::string net =
+        R"({"name": "adapted", "type": "bpnet", "inputs": ["X"], "outputs": ["net_x", "net_y"], "activation": "tansig",
+ "hidden_weights": [[1]], "hidden_bias": [0], "output_weights": [[1], [1]], "output_bias": [0, 0], "input_min": [0],
+ "input_max": [1000]},)";
+    const std::pair<std::string, std::string> first = {R"("terms": [)", R"("terms": [)" + net};
+    EXPECT_EQ(refusal({first}), "");
+    EXPECT_EQ(refusal({first, {R"(["adapted", "EXX"])", R"(["EXX"])"}}),
+              "terms[3].probe: no channel adds this term, so the box does not know what its probe "
+              "still sees; name it in a sum, or set measures to \"whole\"");
+}
+
 }  // namespace
 }  // namespace compbox
