@@ -14,9 +14,10 @@ void cb_probes_start(struct cb_probe_state *probes) {
 }
 
 bool cb_probes_ask(const struct cb_config *config, const struct cb_probe_state *probes) {
-    bool asks = false;
-    for (unsigned i = 0; i < config->adapts_count; ++i) asks = asks || probes[i].filter.asked;
-    return asks;
+    for (unsigned i = 0; i < config->adapts_count; ++i) {
+        if (probes[i].filter.asked) return true;
+    }
+    return false;
 }
 
 unsigned cb_probes_drifted(const struct cb_config *config, const struct cb_probe_state *probes) {

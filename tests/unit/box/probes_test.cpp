@@ -112,21 +112,81 @@ TEST(probes, without_a_good_value_are_refused) {
 }
 
 TEST(probes, while_another_term_of_the_sum_is_missing_are_refused) {
-    probe_rig rig(adapted_file(
-        {{"{\"name\": \"thermal\", \"type\": \"linear\", \"inputs\": [\"T1\"], \"weights\": [1]}",
-          "{\"name\": \"thermal\", \"type\": \"linear\", \"inputs\": [\"probe\"], \"weights\": "
-          "[0], "
-          "\"constant\": 20}, {\"name\": \"other\", \"type\": \"linear\", \"inputs\": [\"T1\"], "
-          "\"weights\": [0]}"},
-         {"[\"adapted\", \"EXX\"]", "[\"adapted\", \"EXX\", \"other\"]"}}));
-    rig.temperature(1000);
-    rig.run_s(1);
-    rig.probe(3);
+    for (const char *sum :
+         {R"(["adapted", "EXX", "other"])", R"(["adapted", "other", "EXX"])"}) {  // last or not
+        probe_rig rig(adapted_file(
+            {{R"({"name": "thermal", "type": "linear", "inputs": ["T1"], "weights": [1]})",
+              R"({"name": "thermal", "type": "linear", "inputs": ["probe"], "weights": [0],
+ "constant": 20}, {"name": "other", "type": "linear", "inputs": ["T1"], "weights": [0]})"},
+             {R"(["adapted", "EXX"])", sum}}));
+        rig.temperature(1000);
+        rig.run_s(1);
+        rig.probe(3);
+        EXPECT_EQ(rig.state().refused, 1u) << sum;
+        rig.temperature(20);
+        rig.run_s(1);
+        rig.probe(3);
+        EXPECT_EQ(rig.state().taken, 1u) << sum;
+    }
+}
+
+// In a ramp each write without a reply leaves 1.5 um more that the PLC may apply.
+TEST(probes, while_writes_without_a_reply_differ_by_more_than_sigma_are_refused) {
+    probe_rig rig;
+    rig.control(2);
+    rig.write = CB_TRANSFER_UNKNOWN;
+    rig.steps(2);
+    rig.probe(43 + rig.output());
+    ASSERT_EQ(rig.box->plc.contact, CB_CONTACT_KNOWN);
     EXPECT_EQ(rig.state().refused, 1u);
-    rig.temperature(20);
-    rig.run_s(1);
-    rig.probe(3);
+    rig.write = CB_TRANSFER_OK;
+    rig.run_s(5);
+    rig.probe(43 + rig.output());
     EXPECT_EQ(rig.state().taken, 1u);
+}
+
+// A count of another type may be implausible: what was counted meanwhile is not compared.
+TEST(probes, count_anew_after_an_implausible_count) {
+    probe_rig rig(
+        adapted_file({{R"("plc": 14, "type": "uint16")", R"("plc": 14, "type": "int32")"}}));
+    const auto count = [&](double now) {
+        put_int32(rig.in.registers + 14, now);
+        put_int32(rig.in.registers + 12, 300);
+        rig.step();
+    };
+    for (const double now : {5.0, 70000.0, 6.0}) count(now);
+    EXPECT_TRUE(rig.box->signals[3].fresh);
+    EXPECT_EQ(rig.state().taken + rig.state().refused, 0u);
+    count(7);
+    EXPECT_EQ(rig.state().taken, 1u);
+}
+
+// The term watches a machine whose channels do not use it.
+TEST(probes, of_a_whole_error_need_no_channel) {
+    probe_rig rig(adapted_file({{R"("probe_n"},)", R"("probe_n"}, "measures": "whole",)"},
+                                {R"(["adapted", "EXX"])", R"(["thermal", "EXX"])"}}));
+    rig.probe(23);
+    EXPECT_EQ(rig.state().taken, 1u);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
+    rig.run_s(3);
+    EXPECT_NEAR(rig.y(), 23, 0.2);
+    EXPECT_NEAR(rig.output(), -40, 0.011);
+}
+
+// What it reports as applied may have the part of the slope, which belongs to no register.
+TEST(probes, of_a_channel_with_a_tangent_use_the_value_that_was_sent) {
+    probe_rig rig(adapted_file(
+        {{R"("count": 16},)", R"("count": 16, "counters": true},)"},
+         {R"("status": 100, "box_heartbeat": 101)", R"("status": 101, "box_heartbeat": 102)"},
+         {R"("int32", "scale": 0.01}],
+"safety")",
+          R"("int32", "scale": 0.01, "applied": 16,
+ "tangent": {"signal": "X", "slope_plc": 106, "slope_type": "int32", "slope_scale": 1e-8, "slope_limit": 0.01,
+  "slope_slew_per_s": 0.05, "reference_plc": 108, "reference_type": "int32", "reference_scale": 0.001}}],
+"safety")"}}));
+    put_int32(rig.in.registers + 16, -1000);
+    rig.probe(43 - 40);
+    EXPECT_NEAR(rig.state().filter.innovation_um, 3, 0.02);
 }
 
 // A machine that has moved beyond the bound: every probe differs to one side, and the reason names
@@ -280,17 +340,68 @@ TEST(probes, go_on_after_a_reload_without_a_step) {
     EXPECT_EQ(rig.state().taken, 2u);
 }
 
+// out: the box of another file, which goes on where that of `rig` is
+std::unique_ptr<cb_box> reloaded(const probe_rig &rig, const std::string &text) {
+    auto fresh = std::make_unique<cb_box>();
+    fresh->config = *from_text(text).config;
+    cb_box_start(fresh.get());
+    EXPECT_TRUE(cb_box_adopt(fresh.get(), rig.box.get()));
+    return fresh;
+}
+
 TEST(probes, begin_anew_after_a_reload_with_another_model) {
     probe_rig rig;
     rig.touch(43);
-    const auto fresh = std::make_unique<cb_box>();
-    fresh->config = *from_text(adapted_file({{"\"name\": \"thermal\"", "\"name\": \"other\""},
-                                             {"\"of\": \"thermal\"", "\"of\": \"other\""}}))
-                         .config;
-    cb_box_start(fresh.get());
-    ASSERT_TRUE(cb_box_adopt(fresh.get(), rig.box.get()));
+    const auto fresh = reloaded(rig, adapted_file({{"\"name\": \"thermal\"", "\"name\": \"other\""},
+                                                   {"\"of\": \"thermal\"", "\"of\": \"other\""}}));
     EXPECT_EQ(fresh->probes[0].filter.bias_um, 0);
     EXPECT_FALSE(fresh->probes[0].timed);
+}
+
+TEST(probes, begin_anew_where_the_name_was_that_of_another_kind) {
+    probe_rig rig(adapted_file({{R"("of": "thermal")", R"("of": "EXX")"},
+                                {R"("name": "adapted")", R"("name": "new")"},
+                                {R"("name": "thermal")", R"("name": "adapted")"},
+                                {R"(["adapted", "EXX"])", R"(["adapted", "new"])"}}));
+    rig.touch(43);
+    ASSERT_EQ(rig.state().taken, 1u);
+    const auto fresh =
+        reloaded(rig, adapted_file({{R"("of": "thermal")", R"("of": "EXX")"},
+                                    {R"(["adapted", "EXX"])", R"(["adapted", "thermal"])"}}));
+    EXPECT_EQ(fresh->probes[0].filter.bias_um, 0);
+    EXPECT_FALSE(fresh->probes[0].timed);
+    EXPECT_EQ(fresh->outputs[2], rig.box->outputs[1]) << "but the output itself goes on";
+}
+
+// What it counted then says nothing of this one.
+TEST(probes, count_anew_after_a_reload_with_another_count) {
+    probe_rig rig;
+    rig.touch(43);
+    std::string text = adapted_file();
+    for (size_t at; (at = text.find("\"probe_n\"")) != std::string::npos;)
+        text.replace(at, 9, "\"touched\"");
+    rig.box = reloaded(rig, text);
+    rig.probe(3, 5);
+    EXPECT_EQ(rig.state().taken, 1u);
+    EXPECT_EQ(rig.state().refused + rig.state().skipped, 0u);
+    rig.run_s(2);
+    rig.touch(43);
+    EXPECT_EQ(rig.state().taken, 2u);
+}
+
+TEST(probes, count_anew_after_a_reload_while_the_plc_is_silent) {
+    probe_rig rig;
+    rig.touch(43);
+    rig.lose_plc();
+    rig.run_s(1);
+    rig.box = reloaded(rig, adapted_file());
+    rig.find_plc();
+    rig.in.held = CB_TRANSFER_OK;
+    rig.in.registers[14] = 99;
+    rig.run_s(1);
+    EXPECT_EQ(rig.state().count, 99);
+    EXPECT_EQ(rig.state().taken, 1u);
+    EXPECT_EQ(rig.state().refused + rig.state().skipped, 0u);
 }
 
 std::string refusal(std::initializer_list<std::pair<std::string, std::string>> changed) {
@@ -317,14 +428,28 @@ TEST(probes, need_a_file_in_which_one_channel_adds_the_term_alone) {
         "terms[2].probe: the channels X2 and X both add this term, and a probe measures one; give "
         "each channel an "
         "adapt term of its own");
-    EXPECT_EQ(refusal({{"\"max\": 65535", "\"max\": 65534"}}),
-              "terms[2].probe.count: the signal \"probe_n\" does not count: it needs type uint16, "
-              "scale 1, min 0, max 65535 "
-              "and no max_rate_per_s");
     EXPECT_EQ(refusal({{"\"request\": 112", "\"request\": 104"}}),
               "channels[0].plc: register 104 already belongs to request");
     EXPECT_EQ(refusal({{"\"of\": \"thermal\"", "\"of\": \"adapted\""}}),
               "terms[2].of: this term depends on its own output");
+}
+
+TEST(probes, need_a_signal_that_counts) {
+    const std::pair<const char *, const char *> wrong[] = {
+        {R"("max": 65535)", R"("max": 65534)"},
+        {R"("uint16", "min": 0)", R"("int16", "min": 1)"},
+        {R"("uint16")", R"("uint16", "scale": 2)"},
+        {R"("uint16")", R"("int32", "zero": 1)"},
+        {R"("max": 65535)", R"("max": 65535, "max_rate_per_s": 100)"},
+        {R"("probe_n", "unit": "1", "plc": 14, "type": "uint16", "min": 0, "max": 65535})",
+         R"("n", "unit": "1", "plc": 14, "type": "uint16", "min": 0, "max": 65535},
+ {"name": "probe_n", "unit": "1", "lag_of": "n", "tau_s": 60})"}};
+    for (const auto &[piece, other] : wrong)
+        EXPECT_EQ(
+            refusal({{piece, other}}),
+            "terms[2].probe.count: the signal \"probe_n\" does not count: it needs type uint16, "
+            "scale 1, min 0, max 65535 and no max_rate_per_s")
+            << other;
 }
 
 // A term of several outputs has a name of its own, which names none of them.
