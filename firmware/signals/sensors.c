@@ -150,7 +150,8 @@ static void mark(const struct cb_config *config, const struct cb_sensors_state *
 void cb_sensors_watch(const struct cb_config *config, struct cb_signal_state *signals,
                       struct cb_sensors_state *state, struct cb_counters *counters,
                       int64_t now_us) {
-    CB_ASSERT(config->sensors_count > 0 && config->sensors_count <= CB_MAX_SENSORS);
+    CB_ASSERT(config->sensors_count > 0);
+    CB_ASSERT(config->sensors_count <= CB_MAX_SENSORS);
     go_on(config, signals, state, counters, now_us);
     mark(config, state, signals);
 }

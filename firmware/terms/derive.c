@@ -108,7 +108,7 @@ static void derive_adapts(struct cb_config *config) {
         CB_ASSERT(adapt->signals[0] < config->signals_count);
         CB_ASSERT(adapt->signals[1] < config->signals_count);
         const uint8_t channel = cb_adapt_channel(adapt);
-        CB_ASSERT(channel == CB_NONE || channel < config->channels_count);
+        if (channel != CB_NONE) CB_ASSERT(channel < config->channels_count);
         config->adapts[config->adapts_count++] = (uint8_t)i;
     }
 }

@@ -143,6 +143,25 @@ TEST(sensors, a_stale_one_accuses_no_other) {
     EXPECT_EQ(m.counters.sensors_doubted, 0u);
 }
 
+// Its last reading agreed, and is one of long ago.
+TEST(sensors, a_mended_one_that_is_silent_is_not_trusted_again) {
+    machine m(12);
+    m.run(600 * second_us, second_us, [](unsigned j, double v) { return j == 4 ? v + 9.0 : v; });
+    ASSERT_EQ(m.doubted(), std::vector<unsigned>{4});
+    std::vector<double> now(12);
+    m.step(second_us, [&](unsigned j, double v) { return now[j] = v; });
+    const cb_signal_state last = m.signals[4];
+    const auto same = [&](unsigned j, double) { return now[j]; };
+    const auto silent = [&](unsigned j, double) {
+        if (j == 5) m.signals[4] = last;  // behind the step's own reading of sensor 4
+        return now[j];
+    };
+    m.run(3600 * second_us, 60 * second_us, silent);
+    EXPECT_EQ(m.doubted(), std::vector<unsigned>{4});
+    m.run(1800 * second_us, 60 * second_us, same);
+    EXPECT_TRUE(m.doubted().empty());
+}
+
 TEST(sensors, at_most_a_third_is_doubted) {
     machine m(9);
     m.run(3600 * second_us, second_us,
