@@ -185,6 +185,17 @@ TEST(adapt, takes_no_probe_before_its_time) {
     EXPECT_EQ(cb_adapt_probe(&f.settings, &f.state, 2, 0, nullptr), CB_ADAPT_TAKEN);
 }
 
+// A reload may lengthen the interval while the PLC already touches again.
+TEST(adapt, takes_a_repetition_that_it_asked_for_before_the_interval_grew) {
+    filter f;
+    f.probe(0, 0);
+    EXPECT_EQ(f.probe(100, 0), CB_ADAPT_ASK);
+    f.settings.min_interval_s = 86400;
+    cb_adapt_resume(&f.settings, &f.state);
+    EXPECT_EQ(f.probe(0, 0, 0.02f), CB_ADAPT_TAKEN);
+    EXPECT_EQ(f.probe(0, 0, 1), CB_ADAPT_EARLY);
+}
+
 TEST(adapt, lets_nothing_implausible_in) {
     const float inf = std::numeric_limits<float>::infinity(), nan = std::nanf("");
     filter f;
@@ -321,19 +332,23 @@ TEST(adapt, resumes_a_stored_state_under_new_bounds_and_starts_anew_from_a_broke
         EXPECT_EQ(broken.bias_d, fresh.bias_d);
         EXPECT_EQ(broken.since_h, fresh.since_h);
     }
-    cb_adapt broken = good;
-    broken.place[2] = std::nanf("");
-    cb_adapt_resume(&f.settings, &broken);
-    EXPECT_EQ(broken.bias_um, 0);
-    broken = good;
-    broken.pending = 3;
-    cb_adapt_resume(&f.settings, &broken);
-    EXPECT_EQ(broken.pending, 0);
-    for (const float wrong : {0.0f, -1.0f, 1e30f}) {
-        broken = good;
-        broken.gain_d = wrong;
+    const auto starts_anew = [&](const auto &spoil) {
+        cb_adapt broken = good;
+        spoil(broken);
         cb_adapt_resume(&f.settings, &broken);
-        EXPECT_EQ(broken.gain_d, fresh.gain_d);
+        return std::memcmp(&broken, &fresh, sizeof fresh) == 0;
+    };
+    const float inf = std::numeric_limits<float>::infinity();
+    EXPECT_TRUE(starts_anew([](cb_adapt &a) { a.place[2] = std::nanf(""); }));
+    EXPECT_TRUE(starts_anew([](cb_adapt &a) { a.pending_um[0] = std::nanf(""); }));
+    EXPECT_TRUE(starts_anew([](cb_adapt &a) { a.pending_um[1] = std::nanf(""); }));
+    EXPECT_TRUE(starts_anew([](cb_adapt &a) { a.pending = 3; }));
+    EXPECT_TRUE(starts_anew([](cb_adapt &a) { a.asked = 2; }));
+    EXPECT_TRUE(starts_anew([&](cb_adapt &a) { a.above = inf; })) << "an alarm without an end";
+    EXPECT_TRUE(starts_anew([&](cb_adapt &a) { a.below = inf; }));
+    for (const float wrong : {0.0f, -1.0f, 1e30f}) {
+        EXPECT_TRUE(starts_anew([&](cb_adapt &a) { a.bias_d = wrong; })) << wrong;
+        EXPECT_TRUE(starts_anew([&](cb_adapt &a) { a.gain_d = wrong; })) << wrong;
     }
 }
 
