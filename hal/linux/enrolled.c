@@ -3,6 +3,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <fnmatch.h>
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -42,8 +43,7 @@ struct answer {
 };
 
 static bool is_key_name(const char *name) {
-    const size_t length = strlen(name);
-    return name[0] != '.' && length > 4 && strcmp(name + length - 4, ".pub") == 0;
+    return fnmatch("*.pub", name, FNM_PERIOD) == 0;
 }
 
 /* out: false: it is no key, and the sentence is reported */

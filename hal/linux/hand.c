@@ -48,7 +48,7 @@ static bool read_um(const char *word, float *um) {
     char *end = NULL;
     if (strspn(word, "0123456789.eE+-") != strlen(word)) return false; /* neither nan nor hex */
     *um = strtof(word, &end);
-    return *end == '\0' && isfinite(*um) && fabsf(*um) <= (float)CB_HAND_LARGEST_UM;
+    return *end == '\0' && fabsf(*um) <= (float)CB_HAND_LARGEST_UM;
 }
 
 static bool read_whole(const char *word, int64_t most, int64_t *number) {

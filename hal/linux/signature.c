@@ -37,12 +37,13 @@ static bool take_bytes(struct text *text, uint8_t *bytes, size_t size) {
     struct text line;
     size_t length = 0;
     if (!take_line(text, "", &line) ||
+        line.left + 1 != sodium_base64_encoded_len(size, sodium_base64_VARIANT_ORIGINAL) ||
         sodium_base642bin(bytes, size, line.at, line.left, NULL, &length, NULL,
                           sodium_base64_VARIANT_ORIGINAL) != 0 ||
         length != size)
         return false;
     sodium_bin2base64(again, sizeof again, bytes, size, sodium_base64_VARIANT_ORIGINAL);
-    return strlen(again) == line.left && memcmp(again, line.at, line.left) == 0;
+    return memcmp(again, line.at, line.left) == 0;
 }
 
 bool cb_public_key_parse(struct cb_public_key *key, const char *text, size_t length) {

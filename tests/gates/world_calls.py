@@ -14,8 +14,9 @@ import sys
 # depends.
 PURE = set("""memcmp memcpy memmove memset strchr strcmp strcspn strerror strlen strncmp strncpy strspn strtof strtol
     strtoll strtoull snprintf vsnprintf __isoc99_sscanf dirname sigaddset sigemptyset sigfillset
-    getopt_long optarg opterr optind optopt deflate deflateInit2_
-    sodium_init sodium_base642bin sodium_bin2base64 crypto_generichash crypto_sign_verify_detached""".split())
+    fnmatch getopt_long optarg opterr optind optopt deflate deflateInit2_
+    sodium_init sodium_base642bin sodium_bin2base64 sodium_base64_encoded_len crypto_generichash
+    crypto_sign_verify_detached""".split())
 # Of the compiler and the linker.
 OTHERS = {"_GLOBAL_OFFSET_TABLE_", "__cyg_profile_func_enter", "__cyg_profile_func_exit"}
 

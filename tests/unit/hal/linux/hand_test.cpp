@@ -101,6 +101,9 @@ TEST_F(Hand, ALineIsOneMeasurement) {
     replace("X 4.2 2 1790000000\n");
     EXPECT_NE(look(), "") << "the same value again";
     EXPECT_EQ(samples()[1].raw, 2.0f);
+    replace("X 4.3 2 1790000001\n");
+    EXPECT_NE(look(), "") << "the same count at another time";
+    EXPECT_EQ(samples()[1].raw, 3.0f);
 }
 
 TEST_F(Hand, WhatTheFileHasAtTheStartIsNoMeasurement) {
@@ -149,7 +152,8 @@ TEST_F(Hand, AWrongLineRefusesTheWholeFile) {
          {"X", "X 4", "X 4 1", "X 4 1 2 3", "X nan 1 1790000000", "X 0x10 1 1790000000",
           "X inf 1 1790000000", "X 1e7 1 1790000000", "X 4 65536 1790000000", "X 4 -1 1790000000",
           "X 4 1.5 1790000000", "XXXXX 4 1 1790000000", " ", "X 4 1 17900000000000",
-          "X 4um 1 1790000000", "X,4,1,1790000000"}) {
+          "X 4um 1 1790000000", "X,4,1,1790000000", "X 4-1 1 1790000000", "X 1e39 1 1790000000",
+          "X 4 1 00000000000000000000000000000000001790000000"}) {
         replace("X 9 8 1790000000\n" + std::string(line) + "\n");
         EXPECT_EQ(look(), path +
                               ": line 2 is not NAME UM COUNT TIME; nothing of it is taken: use "
@@ -176,6 +180,15 @@ TEST_F(Hand, AFileThatIsNoFileIsRefused) {
     replace(std::string(CB_HAND_BYTES + 1, 'X'));
     EXPECT_EQ(look(), path + ": is too long, so no measurement is taken");
     EXPECT_EQ(samples()[1].raw, 0.0f);
+}
+
+// Files whose size does not tell what can be read of them.
+TEST_F(Hand, AFileThatCannotBeReadOrGrowsMeanwhileIsRefused) {
+    for (const char *file : {"/proc/self/mem", "/proc/self/maps"}) {
+        path = file;
+        start();
+        EXPECT_EQ(look(), path + ": cannot be read, so no measurement is taken");
+    }
 }
 
 TEST_F(Hand, TheOwnerIsThisUserOrRoot) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Signatures and keys that Debian's minisign made, and each byte of them changed; a folder of keys.
+#include <dlfcn.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,16 @@
 extern "C" {
 #include "hal/linux/enrolled.h"
 #include "hal/linux/signature.h"
+}
+
+namespace {
+bool sodium_starts = true;
+}
+
+// In place of libsodium's.
+extern "C" int sodium_init() {
+    static const auto of_library = reinterpret_cast<int (*)()>(dlsym(RTLD_NEXT, "sodium_init"));
+    return sodium_starts ? of_library() : -1;
 }
 
 namespace {
@@ -128,6 +140,34 @@ TEST(signature, of_another_shape_is_refused) {
     EXPECT_FALSE(is_signed(file, other_kind, plant_key));
 }
 
+// in : at, place of a base64 line of `text`
+void expect_no_other_length(const std::string &text, std::size_t at,
+                            const std::function<bool(const std::string &)> &good) {
+    const std::size_t end = text.find('\n', at);
+    ASSERT_TRUE(good(text));
+    for (std::size_t i = at; i <= end; ++i) {
+        std::string longer = text;
+        EXPECT_FALSE(good(longer.insert(i, 1, i == end ? '=' : 'A'))) << i;
+    }
+    std::string shorter = text;
+    EXPECT_FALSE(good(shorter.replace(end - 4, 4, "AA=="))) << "as many characters of fewer bytes";
+}
+
+TEST(signature, base64_of_another_length_is_refused) {
+    expect_no_other_length(plant_key, plant_key.find("RWR9"),
+                           [](auto &key) { return is_signed(file, hashed, key); });
+    for (const char *line : {"RUR9", "2LOs"})
+        expect_no_other_length(hashed, hashed.find(line),
+                               [](auto &text) { return is_signed(file, text, plant_key); });
+}
+
+TEST(signature, fits_nothing_if_the_library_does_not_start) {
+    sodium_starts = false;
+    EXPECT_FALSE(is_signed(file, hashed, plant_key));
+    sodium_starts = true;
+    EXPECT_TRUE(is_signed(file, hashed, plant_key));
+}
+
 struct enrolled : ::testing::Test {
     enrolled() {
         folder = compbox_test::temporary("enrolled");
@@ -156,6 +196,7 @@ struct enrolled : ::testing::Test {
 TEST_F(enrolled, no_key_takes_any_file) {
     write("keys/.new.pub", "half a key that is being written");
     write("keys/.pub", "no name");
+    write("keys/pub", "no ending");
     EXPECT_EQ(judge("anything"), CB_ENROLLED_NONE);
 }
 
