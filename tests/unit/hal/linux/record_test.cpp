@@ -20,7 +20,9 @@
 #include "tests/support/temporary.h"
 
 extern "C" {
+#include "firmware/terms/kinds.h"
 #include "hal/linux/files/record.h"
+#include "hal/linux/files/row_sigma.h"
 }
 
 namespace {
@@ -87,6 +89,20 @@ TEST(record, rows_are_what_the_header_says) {
               (std::vector<std::string>{"time_s,X,T1,EZX,comp_Z_um,mode,reason,unix_s",
                                         "0.000000,,,0,0,0,1,1700000005.000",
                                         "0.030001,0.100000001,,-3,3,1,0,1700000005.030"}));
+}
+
+TEST(record, a_bit_that_flipped_in_the_configuration_leads_to_no_term_or_bank_beyond_it) {
+    files f;
+    cb_term_config &term = f.config->terms[0];
+    term.type = CB_TERM_LINEAR;
+    term.as.linear.has_bank = true;
+    f.config->banks[0].model = 7;
+    EXPECT_TRUE(cb_row_has_sigma(f.config.get(), 0));
+    term.as.linear.bank = CB_MAX_BANKS;
+    EXPECT_FALSE(cb_row_has_sigma(f.config.get(), 0));
+    term.as.linear.bank = 0;
+    f.config->outputs[0].term = CB_MAX_TERMS;
+    EXPECT_FALSE(cb_row_has_sigma(f.config.get(), 0));
 }
 
 TEST(record, the_longest_rows_are_whole) {

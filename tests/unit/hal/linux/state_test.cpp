@@ -25,11 +25,14 @@ extern "C" {
 
 namespace {
 std::size_t most_read = SIZE_MAX;  // by one call
-}
+std::size_t left = SIZE_MAX;       // until the end of what is read
+}  // namespace
 
 // In place of the C library's: reads may be short.
 extern "C" ssize_t read(int fd, void *to, size_t count) {
-    return syscall(SYS_read, fd, to, std::min(count, most_read));
+    const ssize_t got = syscall(SYS_read, fd, to, std::min({count, most_read, left}));
+    if (got > 0 && left != SIZE_MAX) left -= static_cast<std::size_t>(got);
+    return got;
 }
 
 namespace compbox {
@@ -110,6 +113,12 @@ struct state_file : testing::Test {
         return {std::istreambuf_iterator<char>(file), {}};
     }
     void put(const std::string &text) { std::ofstream(path, std::ios::binary) << text; }
+    // in : text, whose last four bytes become the CRC of those before
+    void put_with_crc(std::string text) {
+        const uint32_t crc = cb_crc32(0, text.data(), static_cast<uint32_t>(text.size() - 4));
+        std::memcpy(&text[text.size() - 4], &crc, sizeof crc);
+        put(text);
+    }
 };
 
 // b, g and their uncertainty go on, also after a pause of unknown length; the count is a reference
@@ -158,10 +167,41 @@ TEST_F(state_file, without_probes_is_that_of_the_version_before) {
     probe_rig rig;
     save(rig, 1000 * second);
     EXPECT_EQ(bytes()[8], 4);
-    std::string broken = bytes();
-    broken[60 + 24] = 9;  // number of probes, beyond the file
-    put(broken);
-    EXPECT_FALSE(read(rig.box->config, 3 * second, 1060 * second));
+    const std::string good = bytes();
+    constexpr size_t header = 104, probe = 160;
+    const auto with_probes = [&](unsigned number, size_t more) {
+        std::string other = good;
+        other[100] = static_cast<char>(number);
+        other.insert(header, more, '\0');
+        put_with_crc(other);
+        return read(rig.box->config, 3 * second, 1060 * second);
+    };
+    EXPECT_TRUE(with_probes(1, 0)) << message;
+    EXPECT_FALSE(with_probes(2, 0));
+    EXPECT_TRUE(reports("has the wrong length")) << message;
+    EXPECT_TRUE(with_probes(CB_MAX_ADAPTS, (CB_MAX_ADAPTS - 1) * probe)) << message;
+    EXPECT_FALSE(with_probes(CB_MAX_ADAPTS + 1, CB_MAX_ADAPTS * probe));
+    EXPECT_TRUE(reports("has the wrong length")) << message;
+}
+
+TEST_F(state_file, with_a_time_of_a_probe_that_no_clock_shows_begins_it_anew) {
+    probe_rig rig;
+    rig.touch(43);
+    save(rig, 1000 * second);
+    const std::string good = bytes();
+    constexpr size_t header = 104, unix_us = header + 48, boottime_us = header + 56;
+    for (const int64_t time_us : {INT64_MIN, int64_t{-1}, INT64_MAX}) {
+        for (const size_t at : {unix_us, boottime_us}) {
+            std::string bad = good;
+            std::memcpy(&bad[at], &time_us, sizeof time_us);
+            put_with_crc(bad);
+            ASSERT_TRUE(read(rig.box->config, 3 * second, 1060 * second)) << message;
+            EXPECT_FALSE(state.probes[0].timed) << time_us;
+        }
+    }
+    put(good);
+    ASSERT_TRUE(read(rig.box->config, 3 * second, 1060 * second)) << message;
+    EXPECT_TRUE(state.probes[0].timed);
 }
 
 const std::string warm_bank =
@@ -309,6 +349,16 @@ TEST_F(state_file, a_boot_id_that_comes_in_parts_is_whole) {
     cb_state_clock_read(&in_parts);
     most_read = SIZE_MAX;
     EXPECT_STREQ(in_parts.boot_id, at_once.boot_id);
+}
+
+TEST_F(state_file, a_boot_id_without_its_end_is_none) {
+    for (const std::size_t length : {0u, 7u, 36u}) {
+        cb_state_clock clock;
+        left = length;
+        cb_state_clock_read(&clock);
+        left = SIZE_MAX;
+        EXPECT_STREQ(clock.boot_id, "") << length;
+    }
 }
 
 TEST_F(state_file, the_kernels_clocks_are_read) {
@@ -540,9 +590,7 @@ TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
         for (const size_t clock_at : {0u, 8u}) {  // of the wall, of the boot
             for (size_t i = 0; i < 3; ++i) set(header + i * record + 48 + clock_at);
             set(ending + clock_at);
-            const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
-            std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
-            put(bad);
+            put_with_crc(bad);
             for (const char *boot : {"boot", "another boot"}) {
                 const cb_state_clock now = clock(rig.now_us, 1001 * second, boot);
                 ASSERT_TRUE(read_at(rig.box->config, now)) << message;
@@ -563,9 +611,7 @@ TEST_F(state_file, a_state_that_is_no_number_or_of_another_power_is_not_used) {
         std::string bad = good;
         const float value = at == power ? 9 : NAN;
         std::memcpy(&bad[header + at], &value, sizeof value);
-        const uint32_t crc = cb_crc32(0, bad.data(), static_cast<uint32_t>(bad.size() - 4));
-        std::memcpy(&bad[bad.size() - 4], &crc, sizeof crc);
-        put(bad);
+        put_with_crc(bad);
         ASSERT_TRUE(read(rig.box->config, rig.now_us, 1001 * second)) << message;
         EXPECT_TRUE(reports("2 of 3")) << at << ": " << message;
     }
