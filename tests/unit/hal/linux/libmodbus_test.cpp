@@ -194,7 +194,7 @@ TEST(libmodbus, a_late_reply_is_not_taken_for_the_next_one) {
     server plc([&](peer &p) {
         for (bytes r = p.request(); !r.empty(); r = p.request()) {
             const int number = ++readings;
-            if (number == 3) sleep_ms(5 * period_us / 1000);  // longer than the time for a reply
+            if (number == 3) p.gone();  // until the client gives up or, wrongly, asks again
             p.reply(two_registers(r, static_cast<uint8_t>(number)));
         }
     });
