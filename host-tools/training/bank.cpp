@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/training/bank.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
