@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Thermometers on the box's own serial line, while the PLC is served as ever."""
+import errno
+
 import laws
 import machine
+import pytest
 from box import until
 from machine import term_value
 from pt100 import Modules
@@ -71,6 +74,22 @@ def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):
     assert box.code == 0, box.log
     assert "bus pt100: " in box.log and "No such file or directory" in box.log
     assert box.stats["bus"]["connects"] == 0
+
+
+# Signals, watchdogs and the loop have three threads; the opener of the device and the bus have one each.
+@pytest.mark.parametrize("before", [3, 4], ids=["opener", "bus"])
+def test_a_bus_whose_thread_cannot_be_started_is_read_once_it_can(stage, plc, port, start_box, before):
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
+    stage.fail("pthread_create", errno.EAGAIN, times=3, skipped=before)
+    with Modules(LINE, UNITS), RawPlc(plc, port), start_box(change=with_bus(LINE)) as box:
+        plc.wait_mode(machine.ACTIVE)
+        until(lambda: f"bus pt100: {LINE} is open" in box.log)
+        plc.wait_writes(50)
+        box.stop()
+    assert box.code == 0, box.log
+    assert box.log.count("no thread for the bus: Resource temporarily unavailable") == 1
+    assert abs(box.rows[-1]["T1"] - 35.1) < 1e-4
+    assert len(stage.failed) == 3
 
 
 def test_one_slow_module_delays_neither_the_plc_nor_the_others(plc, port, start_box):

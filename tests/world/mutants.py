@@ -586,7 +586,7 @@ SECOND_LOOK = [
      (LINUX + "can.c", "can->counters.queue_overflows += lost - can->lost_in_queue;",
       "can->counters.queue_overflows += lost;")),
     ("reload-bus", "A sensor bus is not read any more after a reload",
-     (DAEMON + "main.c", "    start_bus(daemon);\n    cb_hand_follow(&daemon->hand, config_now(daemon));",
+     (DAEMON + "main.c", "    start_bus(daemon, now_us);\n    cb_hand_follow(&daemon->hand, config_now(daemon));",
       "    cb_hand_follow(&daemon->hand, config_now(daemon));")),
     ("temporary-left", "What a crash left of a new file prevents each later one",
      (OUTPUT + "output_file.c", "    unlink(temporary);\n    return open(temporary,", "    return open(temporary,")),

@@ -34,6 +34,7 @@ enum {
     EXIT_USAGE = 2,
     LOOK_EVERY_MS = 50,       /* poll interval of the rows */
     STATS_EVERY_US = 5000000, /* maximum age of the statistics file */
+    BUS_AGAIN_US = 1000000,   /* pause before a bus without a thread is started again */
 };
 
 struct daemon {
@@ -65,6 +66,8 @@ struct daemon {
     bool status_reported;
     pthread_t thread;
     struct cb_bus bus;
+    int bus_error;  /* of its last start; 0: none */
+    int64_t bus_us; /* time of that start */
     struct cb_hand hand;
 };
 
@@ -149,14 +152,22 @@ static bool start_plc(struct daemon *daemon) {
     return false;
 }
 
-/* Reads the thermometers of the running file; if that fails, the machine runs without them. */
-static void start_bus(struct daemon *daemon) {
+/* Reads the thermometers of the running file; the machine runs without them until that works. */
+static void start_bus(struct daemon *daemon, int64_t now_us) {
     cb_bus_stop(&daemon->bus);
     const int error = cb_bus_start(&daemon->bus, config_now(daemon), daemon->generation,
                                    &daemon->loop.target.bus);
-    if (error != 0)
-        cb_log_limited(&daemon->log, CB_LOG_BUS, cb_boottime_us(), "no thread for the bus: %s",
-                       strerror(error));
+    if (error != 0 && error != daemon->bus_error)
+        cb_log_limited(&daemon->log, CB_LOG_BUS, now_us,
+                       "no thread for the bus: %s; trying again every second", strerror(error));
+    daemon->bus_error = error;
+    daemon->bus_us = now_us;
+}
+
+static void mind_the_bus(struct daemon *daemon, int64_t now_us) {
+    if (daemon->bus_error != 0 && now_us - daemon->bus_us >= BUS_AGAIN_US)
+        start_bus(daemon, now_us);
+    cb_log_bus(&daemon->log, &daemon->bus, now_us);
 }
 
 /* Takes measurements by hand, and keeps their signals fresh. */
@@ -397,7 +408,7 @@ static bool start(struct daemon *daemon) {
     cb_hand_start(&daemon->hand, daemon->options.measured, (uint32_t)geteuid());
     cb_hand_follow(&daemon->hand, config);
     if (!start_feeding(daemon) || !start_loop(daemon)) return false;
-    start_bus(daemon);
+    start_bus(daemon, cb_boottime_us());
     return true;
 }
 
@@ -484,7 +495,7 @@ static void follow_taken(struct daemon *daemon, int64_t now_us) {
     follow_reload(daemon, daemon->loop.generation);
     daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
     if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
-    start_bus(daemon);
+    start_bus(daemon, now_us);
     cb_hand_follow(&daemon->hand, config_now(daemon));
     log_reload(daemon, now_us, "");
 }
@@ -546,7 +557,7 @@ static void serve(struct daemon *daemon) {
         mind_the_file(daemon, cb_boottime_us());
         report_status(daemon);
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
-        cb_log_bus(&daemon->log, &daemon->bus, cb_boottime_us());
+        mind_the_bus(daemon, cb_boottime_us());
         mind_the_hand(daemon, cb_boottime_us());
         cb_row_files_work(&daemon->files, cb_boottime_us());
         take_rows(daemon); /* a disk may have held this thread, and rows have come meanwhile */
