@@ -125,7 +125,7 @@ static void take_write(struct cb_box *box, uint8_t last_write, const struct step
     cb_plc_written(&box->config, &box->plc, &box->counters, result, step->elapsed_us,
                    box->life.now_us);
     if (result != CB_TRANSFER_OK) return;
-    box->life.zero_written = cb_channels_all_zero(&box->config, box->channels);
+    box->life.zero_written = cb_channels_hold_zero(&box->config, box->channels);
     box->life.stop_confirmed = box->life.sent_mode == CB_MODE_STOPPED;
 }
 
@@ -454,16 +454,13 @@ static float lowest_rate(const struct cb_config *config, const struct cb_channel
 int64_t cb_box_stop_us(const struct cb_box *box) {
     const struct cb_config *config = &box->config;
     float longest_s = 0.0f;
-    bool late = false;
     if (!cb_box_is_sound(box)) return 0;
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         const struct cb_channel_config *channel = &config->channels[i];
         const float way_um = cb_max(channel->limit_um, cb_abs(box->channels[i].output_um));
         longest_s = cb_max(longest_s, way_um / lowest_rate(config, channel));
-        late = late || box->channels[i].late_us > 0;
     }
-    const int64_t turns_us = late ? 4 * (int64_t)cb_limiter_late_us(config) : 0;
-    return turns_us + (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
+    return 4 * (int64_t)cb_limiter_late_us(config) + (int64_t)(cb_min(longest_s, 1e9f) * 1e6f);
 }
 
 void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_us,

@@ -61,8 +61,8 @@ struct cb_box_life {
     bool started;           /* a step was made */
     bool writing;           /* the last outputs were handed to a write */
     bool wrote;             /* any outputs were */
-    bool zero_written;   /* the PLC confirmed outputs that are all zero, and no others were handed
-                            to a write since; or none ever were */
+    bool zero_written;   /* the PLC confirmed outputs that are all zero, no late write has others,
+                            and no others were handed to a write since; or none ever were */
     bool stop_confirmed; /* the PLC confirmed status STOPPED */
     bool stopped_before; /* the previous run ended STOPPED, by the target's stored state */
 };
@@ -144,7 +144,7 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
 /* out: longest time to ramp all outputs to zero, µs, if each cycle is on time and each write
  *      confirmed from now on: max(limit, |output|) of the slowest channel at the lower one of slew
  *      and ramp, with the part of the slew that its register cannot represent taken off. Writes
- *      without a reply may hold the outputs for two turns first (limiter.c, "Arrival").
+ *      without a reply may hold the outputs, or STOPPED, for two turns (limiter.c, "Arrival").
  * Add the time of a few exchanges for the confirmation. 0 if the configuration has changed in
  * memory: such a box writes nothing, and its limits are unknown. */
 int64_t cb_box_stop_us(const struct cb_box *box);

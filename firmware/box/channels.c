@@ -59,6 +59,15 @@ bool cb_channels_all_zero(const struct cb_config *config, const struct cb_channe
     return true;
 }
 
+bool cb_channels_hold_zero(const struct cb_config *config,
+                           const struct cb_channel_state *channels) {
+    for (unsigned i = 0; i < cb_all_channels(config); ++i) {
+        if (channels[i].possible_min_um != 0.0f || channels[i].possible_max_um != 0.0f)
+            return false;
+    }
+    return true;
+}
+
 void cb_channels_encode(const struct cb_config *config, const struct cb_channel_state *channels,
                         uint16_t *registers) {
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {

@@ -37,6 +37,9 @@ void cb_channels_target(const struct cb_config *config, const struct cb_channel_
 /* out: true if every output is zero */
 bool cb_channels_all_zero(const struct cb_config *config, const struct cb_channel_state *channels);
 
+/* out: true if the PLC can hold nothing but zero: no late write (limiter.c) has another value */
+bool cb_channels_hold_zero(const struct cb_config *config, const struct cb_channel_state *channels);
+
 /* Puts all outputs into the write block: register = sign * output / scale. */
 void cb_channels_encode(const struct cb_config *config, const struct cb_channel_state *channels,
                         uint16_t *registers);

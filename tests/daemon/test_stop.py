@@ -12,7 +12,8 @@ from raw_plc import RawPlc
 from steps import index_of
 
 AT_REST = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35}     # Z wants -124 µm
-BOUND_S = 300 / 200 + 1                                  # limit / ramp + 1 s
+LATE_S = machine.FILE["plc"]["heartbeat_timeout_ms"] / 1000 + 2 * PERIOD_S
+BOUND_S = 300 / 200 + 4 * LATE_S + 1                     # limit / ramp, two turns of late writes, 1 s
 
 
 def check_ramp(steps):

@@ -869,7 +869,8 @@ TEST(box_fault, the_stated_time_of_a_stop_includes_late_writes) {
     box_rig rig(b);
     rig.position(8, 1000);
     rig.steps(50);
-    const std::int64_t moving_us = cb_box_stop_us(rig.box.get());
+    const std::int64_t turns_us = 4 * std::int64_t{cb_limiter_late_us(&rig.box->config)};
+    const std::int64_t moving_us = cb_box_stop_us(rig.box.get()) - turns_us;
     rig.write = CB_TRANSFER_UNKNOWN;
     rig.step();
     rig.write = CB_TRANSFER_OK;
@@ -884,6 +885,22 @@ TEST(box_fault, the_stated_time_of_a_stop_includes_late_writes) {
     }
     EXPECT_GT(took_us, moving_us + 1000000);
     EXPECT_LE(took_us, stated_us + 1000000);
+}
+
+// It would leave its offset behind STOPPED, where no later write overwrites it.
+TEST(box_fault, no_write_of_a_ramp_can_take_effect_behind_stopped) {
+    running_rig rig;
+    const std::int64_t late_us = cb_limiter_late_us(&rig.box->config);
+    rig.in.stop = true;
+    while (std::fabs(rig.written(4)) > 3) rig.step();
+    ASSERT_NE(rig.written(4), 0);
+    rig.write = CB_TRANSFER_UNKNOWN;
+    rig.step();
+    rig.write = CB_TRANSFER_OK;
+    std::int64_t alive_us = 0;
+    for (; rig.mode() != CB_MODE_STOPPED && alive_us < 100000000; alive_us += 30000) rig.step();
+    EXPECT_GE(alive_us, late_us);
+    EXPECT_LE(alive_us, late_us + 3 * 30000);
 }
 
 TEST(box_fault, stopped_means_that_the_plc_confirmed_it) {
@@ -941,7 +958,7 @@ TEST(box_fault, a_zero_from_before_does_not_count) {
     EXPECT_EQ(rig.written(4), 0);
     EXPECT_NE(rig.mode(), CB_MODE_STOPPED);
     rig.write = CB_TRANSFER_OK;
-    rig.step();
+    rig.steps(cb_limiter_late_us(&rig.box->config) / 30000 + 2);  // until -15 arrives no more
     EXPECT_EQ(rig.mode(), CB_MODE_STOPPED);
 }
 
