@@ -236,7 +236,7 @@ class probes_invariant : public invariant {
         if (more == 1 && now.probes() == probes_)
             judge(now);
         else if (more > 0)
-            knows_ = pends_known_ = false;
+            knows_ = pends_known_ = since_known_ = false;
         else if (now.b != was_.b || now.g != was_.g)
             violated(fmt::format("b and g become {} and {} without a probe", now.b, now.g));
         was_ = now;
@@ -253,7 +253,17 @@ class probes_invariant : public invariant {
         if (!taken && (now.b != was_.b || now.g != was_.g))
             violated(
                 fmt::format("b and g become {} and {} by a probe that is not taken", now.b, now.g));
-        if (taken || asked) judge_outcome(now, taken);
+        if (taken || asked)
+            judge_outcome(now, taken);
+        else
+            judge_refusal();
+    }
+    // A plausible probe of a known model is refused within the shortest time alone.
+    void judge_refusal() {
+        const bool due = was_.asks || since_s_ > 1.01 * with_->min_interval_s + 0.1;
+        if (since_known_ && due && newest_.um && !std::isnan(newest_.m.value))
+            violated(fmt::format("a probe is refused {} s behind the one that was taken last",
+                                 since_s_));
     }
     void judge_outcome(const filter_state &now, bool taken) {
         const double e = *now.innovation, m = newest_.m.value, root_s = *now.expected;
@@ -264,7 +274,9 @@ class probes_invariant : public invariant {
         if (newest_.um && !std::isnan(m)) judge_innovation(e);
         if (knows_) judge_variance(root_s * root_s);
         judge_gate(now, e, root_s, m, taken);
-        if (taken) since_s_ = 0;
+        if (!taken) return;
+        since_s_ = 0;
+        since_known_ = true;
     }
     void judge_innovation(double e) {
         const double m = newest_.m.value, y = was_.b + (1 + was_.g) * m;
@@ -400,7 +412,8 @@ class probes_invariant : public invariant {
     bool knows_ = true;            // P
     std::vector<double> pending_;  // innovations outside of the gate, the oldest first
     bool pends_known_ = true;
-    double pending_h_ = 0, since_s_ = 1e9;
+    double pending_h_ = 0, since_s_ = 1e9;  // behind a probe that was taken
+    bool since_known_ = true;
 };
 
 }  // namespace

@@ -164,12 +164,14 @@ class rows_invariant : public invariant {
         return y + gain * (u - y) + ramp * (to - u);
     }
     // By each two rows. Whether a row had a reading is not known: the lag goes on from the row
-    // before or from the last one that changed, which the first rows of a file do not know.
+    // before or from the last one that changed, which the first rows of a file do not know. The
+    // first row with a value behind rows without one has its reading.
     void check_lags(const std::string &text) {
         struct lag {
             std::string name, of;
             bool squares;
             double tau_s, y = 0, u = 0, at_s = -1, before_s = -1;
+            bool is_missing = false;
         };
         std::vector<lag> lags;
         const auto file = nlohmann::json::parse(of_.box_machine.text);
@@ -182,7 +184,9 @@ class rows_invariant : public invariant {
             if (rows.number("unix_s") < start_s_ - 1e-3) continue;
             const double now_s = rows.number("time_s");
             for (lag &one : lags) {
-                if (!rows.has(one.name) || !rows.has(one.of)) continue;
+                const bool was_missing = one.is_missing;
+                one.is_missing = !rows.has(one.name) || !rows.has(one.of);
+                if (one.is_missing) continue;
                 const double y = rows.number(one.name), x = rows.number(one.of);
                 const double u = one.squares ? x * x : x;
                 const bool same = y == one.y && u == one.u;
@@ -196,7 +200,7 @@ class rows_invariant : public invariant {
                         violated(fmt::format("{} is {} at {} s, behind {} it is {} or {}", one.name,
                                              y, now_s, one.y, a, b));
                 }
-                if (!same && one.before_s >= 0) one.at_s = now_s;
+                if (was_missing || (!same && one.before_s >= 0)) one.at_s = now_s;
                 one.before_s = now_s;
                 one.y = y;
                 one.u = u;
