@@ -504,6 +504,22 @@ struct draft {
         }
     }
 
+    // Likewise: banks with lags, whose input leaves the training range at times.
+    void draw_bank_ranges() {
+        dice own(made.twin.seed, "bank ranges");
+        for (auto &term : root["terms"]) {
+            if (!term.contains("bank") || term["bank"]["tau_s"].size() < 2 ||
+                term.contains("sigma") || !own.one_in(2))
+                continue;
+            made.models_fade = true;
+            const double least = rounded(own.between(15, 25));
+            term["bank"]["input_min"] = {least};
+            term["bank"]["input_max"] = {rounded(least + own.between(0.5, 5))};
+            if (own.one_in(2)) term["bank"]["margin"] = {0.5};
+            if (own.one_in(2)) term["bank"]["fade"] = {rounded(own.between(2, 20))};
+        }
+    }
+
     // Likewise: some polylines become polynomials that end within the travel.
     void draw_polynomials() {
         dice own(made.twin.seed, "polynomials");
@@ -604,6 +620,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_slow_channels();
     file.draw_probe();
     file.draw_narrow_ranges();
+    file.draw_bank_ranges();
     file.draw_polynomials();
     file.draw_volumetric();
     file.draw_orders();

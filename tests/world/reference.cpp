@@ -26,7 +26,7 @@ double seconds_of(time_ns ns) {
 // The smallest and largest input that a trained model takes unchanged, and where it has faded to
 // nothing.
 struct trained_range {
-    double min, max, margin, fade;
+    double min = -1e30, max = 1e30, margin = 0, fade = 1;
     double held(double x) const { return std::clamp(x, min - margin, max + margin); }
     double weight(double x) const {
         const double beyond = std::max(x - max, min - x) - margin;
@@ -35,8 +35,8 @@ struct trained_range {
 };
 
 std::vector<trained_range> ranges_of(const json &net) {
-    std::vector<trained_range> ranges;
-    for (std::size_t i = 0; i < net.at("inputs").size(); ++i) {
+    std::vector<trained_range> ranges(net.contains("input_min") ? 0 : net.at("inputs").size());
+    for (std::size_t i = ranges.size(); i < net.at("inputs").size(); ++i) {
         const double min = net.at("input_min")[i], max = net.at("input_max")[i];
         const auto own = [&net, i](const char *key, double otherwise) {
             return net.contains(key) ? net.at(key)[i].get<double>() : otherwise;
@@ -209,28 +209,37 @@ reference_box::function reference_box::bank_of(const json &bank) {
         std::size_t place;
         unsigned power;
         double weight;
+        trained_range range;
     };
     std::vector<column> columns;
+    std::vector<std::size_t> inputs;
+    const std::vector<trained_range> ranges = ranges_of(bank);
     const json &weights = bank.at("weights")[0];
     for (const std::string name : bank.at("inputs")) {
+        const trained_range &range = ranges[inputs.size()];
+        inputs.push_back(place_of(name));
         for (const unsigned power : bank.at("powers").at(name)) {
             for (const double tau_s : bank.at("tau_s")) {
                 const double weight = weights[columns.size()];
                 if (tau_s == 0) {
-                    columns.push_back({place_of(name), power, weight});
+                    columns.push_back({inputs.back(), power, weight, range});
                     continue;
                 }
                 const std::size_t lagged = hidden_place();
-                lags_.push_back({place_of(name), lagged, tau_s, power});
-                columns.push_back({lagged, 1, weight});
+                lags_.push_back(
+                    {inputs.back(), lagged, tau_s, power, range.held(-1e30), range.held(1e30)});
+                columns.push_back({lagged, 1, weight, trained_range()});
             }
         }
     }
-    return [columns, bias = bank.at("bias")[0].get<double>()](const values &at) {
-        double sum = bias;
+    return [columns, inputs, ranges, bias = bank.at("bias")[0].get<double>()](const values &at) {
+        double sum = bias, weight = 1;
         for (const column &one : columns)
-            sum += one.weight * std::pow(at[one.place], static_cast<int>(one.power));
-        return sum;
+            sum +=
+                one.weight * std::pow(one.range.held(at[one.place]), static_cast<int>(one.power));
+        for (std::size_t i = 0; i < inputs.size(); ++i)
+            weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
+        return sum * weight;
     };
 }
 
@@ -368,7 +377,8 @@ void reference_box::follow() {
     for (lag &one : lags_) {
         const signal &of = signals_[one.of];
         if (!of.known || (one.known && of.at_ns == one.at_ns)) continue;
-        const double u = std::pow(of.value, static_cast<int>(one.power));
+        const double held = std::clamp(of.value, one.min, one.max);
+        const double u = std::pow(held, static_cast<int>(one.power));
         const double doubt = one.power == 1 ? of.doubt : 2 * std::fabs(of.max) * of.doubt;
         if (!one.known) {
             one.y = u;

@@ -84,6 +84,7 @@ class reference_box {
         std::size_t of, to;  // places in values
         double tau_s;
         unsigned power;
+        double min = -1e30, max = 1e30;  // of what it takes of `of`
         bool known = false;
         double y = 0, u = 0;
         double near = 0;   // by the times of samples, of which the box has its own, and by doubt
