@@ -136,6 +136,7 @@ class fault_injector : public call_faults,
     void be_deaf(std::size_t node, time_ns duration);  // faults_wires.cpp
 
     void plan_operator();  // faults_plc.cpp
+    void set_references(bool on);
     void plan_plc();
     void plan_foreign();
     void plan_sensors();

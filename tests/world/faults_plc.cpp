@@ -40,8 +40,7 @@ void fault_injector::plan_operator() {
         of_.plc.catch_up();
         switch (drawn.below(5)) {
             case 0:
-                note(fault_kind::enable, on ? "referenced" : "not referenced");
-                control.set_referenced(on);
+                set_references(on);
                 break;
             case 1:
                 note(fault_kind::enable, on ? "permit resume on" : "permit resume off");
@@ -73,6 +72,21 @@ void fault_injector::plan_operator() {
                                                 refused_function_, refused_code_, lasts / ms));
     });
     repeat(fault_kind::exception, 20 * second, [this] { hide_block(); });
+}
+
+// An axis may lose its reference alone.
+void fault_injector::set_references(bool on) {
+    dice &drawn = chance(fault_kind::enable);
+    std::vector<std::uint16_t> bits;
+    for (unsigned bit = 1; bit <= of_.box_machine.map.referenced_mask; bit *= 2)
+        if (of_.box_machine.map.referenced_mask & bit)
+            bits.push_back(static_cast<std::uint16_t>(bit));
+    const bool alone = !on && bits.size() > 1 && drawn.one_in(2);
+    of_.plc.unreferenced = alone ? drawn.one_of(bits) : std::uint16_t{0};
+    of_.plc.control.set_referenced(on || alone);
+    note(fault_kind::enable, alone ? "one axis not referenced"
+                             : on  ? "referenced"
+                                   : "not referenced");
 }
 
 // A PLC that answers readings all the time.

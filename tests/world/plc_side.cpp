@@ -148,6 +148,7 @@ void plc_side::show(int address, const std::vector<std::uint16_t> &words) {
 void plc_side::put_right() {
     put_right_ = true;
     shown_.clear();
+    unreferenced = 0;
     foreign_clients = 0;
     control.freeze_nc(false);
     catch_up();
@@ -156,27 +157,26 @@ void plc_side::put_right() {
     control.set_enable(false);
 }
 
-// Sensors that lie, and counters from another start: only readings have them.
+// Sensors that lie, axes without their reference, and counters from another start: only readings
+// have them.
 void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const {
     if ((request[0] != 3 && request[0] != 23) || (reply[0] & 0x80) != 0) return;
-    if (shown_.empty() && heartbeat_offset == 0) return;
+    if (shown_.empty() && heartbeat_offset == 0 && unreferenced == 0) return;
     const int start = request[1] << 8 | request[2],
               count = (static_cast<int>(reply.size()) - 2) / 2;
-    const auto put = [&](int address, std::uint16_t word) {
+    const auto change = [&](int address, auto word_of) {
         if (address < start || address >= start + count) return;
         const auto at = static_cast<std::size_t>(2 + 2 * (address - start));
+        const unsigned word = word_of(static_cast<unsigned>(reply[at] << 8 | reply[at + 1]));
         reply[at] = static_cast<std::uint8_t>(word >> 8);
         reply[at + 1] = static_cast<std::uint8_t>(word);
     };
     for (const auto &entry : shown_) {
         for (std::size_t i = 0; i < entry.second.size(); ++i)
-            put(entry.first + static_cast<int>(i), entry.second[i]);
+            change(entry.first + static_cast<int>(i), [&](unsigned) { return entry.second[i]; });
     }
-    const int beat = machine_.map.plc_heartbeat - start;
-    if (heartbeat_offset == 0 || beat < 0 || beat >= count) return;
-    const auto at = static_cast<std::size_t>(2 + 2 * beat);
-    put(machine_.map.plc_heartbeat,
-        static_cast<std::uint16_t>((reply[at] << 8 | reply[at + 1]) + heartbeat_offset));
+    change(machine_.map.control, [this](unsigned word) { return word & ~unsigned{unreferenced}; });
+    change(machine_.map.plc_heartbeat, [this](unsigned word) { return word + heartbeat_offset; });
 }
 
 void plc_side::closed(const connection_ptr &from, bool reset) {
