@@ -413,6 +413,14 @@ void fault_injector::plan_sensors() {
         lie_about(chance(fault_kind::sensors).one_of(of_.box_machine.map.signals));
     });
     plan_long_silence();
+    if (!of_.box_machine.map.handshake) return;
+    repeat(fault_kind::sensors, 15 * second, [this] {
+        const auto lasts =
+            static_cast<time_ns>(chance(fault_kind::sensors).log_between(100e6, 10e9));
+        note(fault_kind::sensors, fmt::format("the NC is in alarm for {} ms", lasts / ms));
+        of_.plc.nc_alarm = true;
+        later(lasts, [this] { of_.plc.nc_alarm = false; });
+    });
 }
 
 // Beyond 31 bits of µs, where the run is that long: a signal whose rate is limited is broken, and

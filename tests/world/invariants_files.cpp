@@ -148,9 +148,8 @@ class stats_invariant : public invariant {
             violated(fmt::format("nc_alarms is {}, the NC had {}", counted, alarms_));
     }
     void see_alarm(const machine &facts, const exchange &seen) {
-        if (!facts.map.handshake || !is_reading(facts, seen)) return;
-        const auto at = static_cast<std::size_t>(*facts.map.handshake - facts.map.read.start);
-        const bool alarm = (seen.read[at] >> 15 & 1) != 0;
+        if (!is_reading(facts, seen)) return;
+        const bool alarm = head_of(facts, seen).nc_alarm;
         alarms_ += alarm && !alarm_;
         alarm_ = alarm;
     }

@@ -27,7 +27,7 @@ class evidence_invariant : public invariant {
   public:
     explicit evidence_invariant(run &of) : invariant(of, "evidence"), lag_ns_(longest_lag(of)) {}
     void started() override {
-        permitted_ns_ = beat_ns_ = -never / 2;
+        permitted_ns_ = calm_ns_ = beat_ns_ = -never / 2;
         beats_ = 0;
     }
     void exchanged(const exchange &seen) override {
@@ -47,6 +47,10 @@ class evidence_invariant : public invariant {
             violated(fmt::format(
                 "ACTIVE, but the last reading with enable and all references is {} ms old",
                 (seen.sent - permitted_ns_) / ms));
+        if (seen.sent - calm_ns_ > reading_ns)
+            violated(
+                fmt::format("ACTIVE, but the last reading without an alarm of the NC is {} ms old",
+                            (seen.sent - calm_ns_) / ms));
         if (seen.sent - beat_ns_ > beat_ns || beats_ < 2)
             violated(fmt::format("ACTIVE, but the PLC's heartbeat has not moved for {} ms",
                                  (seen.sent - beat_ns_) / ms));
@@ -61,9 +65,11 @@ class evidence_invariant : public invariant {
         }
         if (head.enables() && head.references(facts))
             permitted_ns_ = std::max(permitted_ns_, seen.sent);
+        if (!head.nc_alarm) calm_ns_ = std::max(calm_ns_, seen.sent);
     }
 
     time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
+    time_ns calm_ns_ = -never / 2;  // without an alarm of the NC
     std::uint16_t beat_ = 0;
     std::uint64_t beats_ = 0;  // different heartbeats
 };

@@ -9,6 +9,7 @@ namespace compbox::world {
 namespace {
 
 constexpr time_ns operator_period = 500 * ms;
+constexpr unsigned alarm_bit = 1u << 15;       // of the handshake register
 constexpr time_ns longest_idle = 20 * second;  // of a connection, when another one needs its place
 
 }  // namespace
@@ -149,6 +150,7 @@ void plc_side::put_right() {
     put_right_ = true;
     shown_.clear();
     unreferenced = 0;
+    nc_alarm = false;
     foreign_clients = 0;
     control.freeze_nc(false);
     catch_up();
@@ -161,7 +163,7 @@ void plc_side::put_right() {
 // have them.
 void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const {
     if ((request[0] != 3 && request[0] != 23) || (reply[0] & 0x80) != 0) return;
-    if (shown_.empty() && heartbeat_offset == 0 && unreferenced == 0) return;
+    if (shown_.empty() && heartbeat_offset == 0 && unreferenced == 0 && !nc_alarm) return;
     const int start = request[1] << 8 | request[2],
               count = (static_cast<int>(reply.size()) - 2) / 2;
     const auto change = [&](int address, auto word_of) {
@@ -176,6 +178,8 @@ void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_strin
             change(entry.first + static_cast<int>(i), [&](unsigned) { return entry.second[i]; });
     }
     change(machine_.map.control, [this](unsigned word) { return word & ~unsigned{unreferenced}; });
+    if (nc_alarm && machine_.map.handshake)
+        change(*machine_.map.handshake, [](unsigned word) { return word | alarm_bit; });
     change(machine_.map.plc_heartbeat, [this](unsigned word) { return word + heartbeat_offset; });
 }
 

@@ -55,6 +55,7 @@ class plc_side : public tcp_peer {
     int foreign_clients = 0;             // that hold connections
     std::uint16_t heartbeat_offset = 0;  // to the counter of fakeplc
     std::uint16_t unreferenced = 0;      // bits of the control register that readings show as 0
+    bool nc_alarm = false;               // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
     time_ns foreign_write_ns = -never;  // when another client wrote last
