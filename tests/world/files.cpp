@@ -169,6 +169,8 @@ int file_tree::rename(const std::string &from, const std::string &to) {
     const auto there = find(to, false);
     if (there != nullptr && there->kind == node_kind::folder) return -EISDIR;
     if (there != nullptr) used_ -= static_cast<std::int64_t>(there->bytes.size());
+    const bool link = there != nullptr && there->kind == node_kind::link;
+    found->replaced_ns = link ? wall_() - there->modified_ns : 0;
     names_[to] = found;
     names_.erase(from);
     found->changed_ns = wall_();

@@ -26,6 +26,7 @@ struct node {
     bool dirty = false;   // … unless some of what was written since then survives
     std::string target;   // of a link
     time_ns modified_ns = 0, changed_ns = 0;  // of the wall clock
+    time_ns replaced_ns = 0;  // age of the link whose place a rename gave it; 0: none
     // Opens a device.
     std::function<std::shared_ptr<open_file>()> driver;
 };

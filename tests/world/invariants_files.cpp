@@ -9,6 +9,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
@@ -531,14 +532,26 @@ class log_invariant : public invariant {
     std::uint64_t lines_ = 0;
 };
 
-// A symbolic link in the place of an output is never followed.
+// A symbolic link in the place of an output is never followed, and stays. One that comes while the
+// new file is written may be replaced.
 class link_invariant : public invariant {
   public:
-    explicit link_invariant(run &of) : invariant(of, "link") {}
+    explicit link_invariant(run &of)
+        : invariant(of, "link"),
+          ages_judged_(longest_lag(of) == 0 && !draws(of, fault_kind::clock)) {}
     void file_written(const std::string &path, const node &file) override {
         if (path == run::victim_path && !file.bytes.empty())
             violated("the daemon wrote to the file that a link in the place of its output names");
+        static const std::set<std::string> whole = {run::state_path, run::stats_path,
+                                                    run::snapshot_path};
+        if (ages_judged_ && file.replaced_ns > second && whole.count(path) > 0)
+            violated(
+                fmt::format("the daemon replaced a link of {} ms in the place of its output {}",
+                            file.replaced_ns / ms, path));
     }
+
+  private:
+    bool ages_judged_;
 };
 
 }  // namespace
