@@ -48,8 +48,9 @@ void fault_injector::plan_operator() {
                 break;
             case 2:
                 note(fault_kind::enable, "reset");
-                hold_reset(of_.time.now() +
-                           (on ? static_cast<time_ns>(drawn.log_between(1e9, 20e9)) : time_ns{0}));
+                of_.plc.hold_reset(
+                    of_.time.now() +
+                    (on ? static_cast<time_ns>(drawn.log_between(1e9, 20e9)) : time_ns{0}));
                 break;
             default:
                 note(fault_kind::enable, on ? "enable on" : "enable off");
@@ -105,13 +106,6 @@ void fault_injector::plan_muteness() {
                                                       : "write",
                                            garbles_ ? " valid" : "", lasts / ms));
     });
-}
-
-// A key that jams keeps the bit.
-void fault_injector::hold_reset(time_ns until) {
-    of_.plc.catch_up();
-    of_.plc.control.press_reset();
-    if (active_ && of_.time.now() < until) later(250 * ms, [this, until] { hold_reset(until); });
 }
 
 // Its server is silent for some periods, and then returns the block that the box reads alone.

@@ -186,7 +186,8 @@ class permission_invariant : public invariant {
     unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write
 };
 
-// A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart.
+// A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart. An edge while its
+// cause lasts is without effect.
 class reset_invariant : public invariant {
   public:
     explicit reset_invariant(run &of) : invariant(of, "reset"), exact_(longest_lag(of) == 0) {}
@@ -206,20 +207,21 @@ class reset_invariant : public invariant {
         return exact_ &&
                !draws_any(of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
                                 fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
-                                fault_kind::foreign, fault_kind::partial, fault_kind::twice});
+                                fault_kind::foreign, fault_kind::partial, fault_kind::twice,
+                                fault_kind::line, fault_kind::mute, fault_kind::stray});
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         newest_ns_ = seen.sent;
         if (block.mode == fakeplc::box_mode::fault) {
-            if (!in_fault_) since_ns_ = seen.sent - 4 * facts.period_us * us;
+            if (!in_fault_ || exact_) since_ns_ = seen.sent - 4 * facts.period_us * us;
             in_fault_ = true;
             return;
         }
         const bool stops =
             block.mode == fakeplc::box_mode::stopped || block.reason == box_reason::stop;
         if (in_fault_ && !stops && edge_ns_ < since_ns_)
-            violated(fmt::format("FAULT became {} without an edge of the reset bit",
+            violated(fmt::format("FAULT became {} without an edge of the reset bit then",
                                  name_of_mode(block.mode)));
         in_fault_ = false;
     }

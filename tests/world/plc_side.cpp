@@ -21,6 +21,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       net_(net),
       chance_(seed, "plc side"),
       acknowledges_(dice(seed, "acknowledges").one_in(2)),
+      jams_(dice(seed, "jams").one_in(3)),
       temperatures_(of.twin.signals),
       prober_(seed, "prober") {
     control.leave_truth_out();
@@ -68,13 +69,26 @@ void plc_side::permit_by_enable() {
     if (waits_ == patience) control.set_enable(false);
 }
 
-// Some operators press reset after some seconds of FAULT, whatever its cause.
+void plc_side::hold_reset(time_ns until) {
+    constexpr time_ns again = 250 * ms;  // sooner than fakeplc lets go
+    const time_ns now = net_.box.time.now();
+    catch_up();
+    control.press_reset();
+    jammed_ns_ = std::max(jammed_ns_, until);
+    if (now < until && !put_right_)
+        net_.box.time.at(now + again, [this, until] { hold_reset(until); });
+}
+
+// Some operators press reset after some seconds of FAULT, whatever its cause. A key that jams may
+// still be down at the next FAULT.
 void plc_side::acknowledge_fault() {
     constexpr int patience = 6;
-    if (!acknowledges_ || stopped_) return;
+    const time_ns now = net_.box.time.now();
+    if (!acknowledges_ || stopped_ || now < jammed_ns_) return;
     const unsigned mode = registers(machine_.map.status, 1)[0] & 0xFFu;
     fault_looks_ = mode == fakeplc::box_mode::fault ? fault_looks_ + 1 : 0;
-    if (fault_looks_ % patience == patience - 1) control.press_reset();
+    if (fault_looks_ % patience == patience - 1)
+        hold_reset(jams_ ? now + chance_.time_between(5, 60) * second : now);
 }
 
 // The operator's part: now and then another move, and temperatures that wander. It also keeps the

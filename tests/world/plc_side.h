@@ -49,6 +49,8 @@ class plc_side : public tcp_peer {
     void close_all();  // resets all connections
     // Otherwise the operator switches enable off and on where the box waits for permission.
     const bool permits_resume;
+    // The operator presses reset, and a key that jams keeps the bit until then.
+    void hold_reset(time_ns until);
     // Signals and references true, permit on, enable off; it stays off until someone else sets it.
     void put_right();
     int connections_made() const { return connections_made_; }
@@ -112,7 +114,8 @@ class plc_side : public tcp_peer {
     bool stopped_ = false, put_right_ = false;
     int waits_ = 0;        // looks of the operator at a box that waits for permission …
     int fault_looks_ = 0;  // … and at one in FAULT
-    const bool acknowledges_;
+    const bool acknowledges_, jams_;
+    time_ns jammed_ns_ = 0;  // the key of reset, until then
     std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
     dice prober_;
