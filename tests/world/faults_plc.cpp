@@ -407,6 +407,7 @@ void fault_injector::plan_sensors() {
         lie_about(chance(fault_kind::sensors).one_of(of_.box_machine.map.signals));
     });
     plan_long_silence();
+    repeat(fault_kind::sensors, 4 * second, [this] { lose_position(); });
     if (!of_.box_machine.map.handshake) return;
     repeat(fault_kind::sensors, 15 * second, [this] {
         const auto lasts =
@@ -415,6 +416,25 @@ void fault_injector::plan_sensors() {
         of_.plc.nc_alarm = true;
         later(lasts, [this] { of_.plc.nc_alarm = false; });
     });
+}
+
+// A position has no valid value while its axis moves, for less than its maximum age.
+void fault_injector::lose_position() {
+    std::vector<const fakeplc::shown_signal *> lasting;
+    const time_ns period_ns = of_.box_machine.period_us * us;
+    for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals) {
+        const signal_facts *facts = of_.running().signal(signal.name);
+        if (signal.name.size() == 1 && facts != nullptr && facts->max_age_us * us > 6 * period_ns)
+            lasting.push_back(&signal);
+    }
+    of_.plc.catch_up();
+    if (lasting.empty() || !of_.plc.control.moving()) return;
+    dice &drawn = chance(fault_kind::sensors);
+    const fakeplc::shown_signal &lost = *drawn.one_of(lasting);
+    const time_ns most_ns = of_.running().signal(lost.name)->max_age_us * us - 2 * period_ns;
+    const time_ns lasts = drawn.time_between(4 * period_ns, most_ns);
+    note(fault_kind::sensors, fmt::format("{} has no value for {} ms", lost.name, lasts / ms));
+    lie_on(lost, out_of_range, lost.max.value_or(1e4) + 10, of_.time.now() + lasts);
 }
 
 // Beyond 31 bits of µs, where the run is that long: a signal whose rate is limited is broken, and

@@ -520,6 +520,16 @@ struct draft {
         }
     }
 
+    // Likewise: some positions are used for longer than the box looks ahead of them.
+    void draw_position_ages() {
+        dice own(made.twin.seed, "position ages");
+        if (!own.one_in(4)) return;
+        const double period_ms = 1e-3 * static_cast<double>(made.period_us);
+        for (auto &signal : root["signals"])
+            if (signal["unit"] == "mm" && signal.contains("plc"))
+                signal["max_age_ms"] = std::llround(period_ms * own.log_between(4, 40));
+    }
+
     // Likewise: some polylines become polynomials that end within the travel.
     void draw_polynomials() {
         dice own(made.twin.seed, "polynomials");
@@ -621,6 +631,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_probe();
     file.draw_narrow_ranges();
     file.draw_bank_ranges();
+    file.draw_position_ages();
     file.draw_polynomials();
     file.draw_volumetric();
     file.draw_orders();

@@ -432,8 +432,11 @@ void reference_box::look(time_ns now) {
         const bool old = !one.known || now - one.other_ns > one.max_age_ns - 17 * period_ns_ / 20;
         double value = old ? unknown : one.value;
         double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value)) + one.doubt;
-        if (one.leads) {
+        // The box looks ahead of readings of up to three periods.
+        if (one.leads && 2 * (now - one.at_ns) <= 7 * period_ns_) {
             value = std::clamp(value + one.velocity * lead_s_, one.min, one.max);
+            if (8 * (now - one.other_ns) > 17 * period_ns_)
+                near += std::fabs(one.velocity) * lead_s_;
             near +=
                 std::fabs(one.velocity) * lead_unsure_s_ + 0.01 * std::fabs(one.velocity) * lead_s_;
             near += one.velocity_near * (lead_s_ + lead_unsure_s_);
