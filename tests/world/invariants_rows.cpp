@@ -14,6 +14,7 @@
 #include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
+#include "tests/world/reference.h"
 #include "tests/world/run.h"
 
 namespace compbox::world {
@@ -157,12 +158,6 @@ class rows_invariant : public invariant {
         }
     }
 
-    // One step of a lag: from y and u to another u, linearly within `dt` seconds.
-    static double lagged(double y, double u, double to, double dt_s, double tau_s) {
-        const double h = dt_s / tau_s, gain = -std::expm1(-h);
-        const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
-        return y + gain * (u - y) + ramp * (to - u);
-    }
     // By each two rows. Whether a row had a reading is not known: the lag goes on from the row
     // before or from the last one that changed, which the first rows of a file do not know. The
     // first row with a value behind rows without one has its reading.

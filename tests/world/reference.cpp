@@ -60,6 +60,12 @@ double polyline_at(const numbers &at, const numbers &values, double x) {
 }
 
 // By de Boor's recursion.
+double lagged(double y, double u, double to, double dt_s, double tau_s) {
+    const double h = dt_s / tau_s, gain = -std::expm1(-h);
+    const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
+    return y + gain * (u - y) + ramp * (to - u);
+}
+
 double bspline_at(const numbers &knots, std::size_t degree, const numbers &points, double x) {
     if (std::isnan(x)) return unknown;
     x = std::clamp(x, knots[degree], knots[points.size()]);
@@ -384,11 +390,10 @@ void reference_box::follow() {
             one.y = u;
             const double largest = std::max(std::fabs(of.max), std::fabs(of.min));
             one.near = has_state_ ? 2 * std::pow(largest, static_cast<int>(one.power)) : 0;
-        } else {  // exact for an input that is linear between its values
-            const double h = seconds_of(of.at_ns - one.at_ns) / one.tau_s;
-            const double gain = -std::expm1(-h);
-            const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
-            one.y += gain * (one.u - one.y) + ramp * (u - one.u);
+        } else {
+            const double dt_s = seconds_of(of.at_ns - one.at_ns);
+            const double gain = -std::expm1(-dt_s / one.tau_s);
+            one.y = lagged(one.y, one.u, u, dt_s, one.tau_s);
             constexpr double most_apart_s = 0.2;
             one.near += gain * (std::max(one.doubt, doubt) - one.near);
             if (!of.from_plc)

@@ -25,6 +25,8 @@ struct exchange;
 double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
 double bspline_at(const std::vector<double> &knots, std::size_t degree,
                   const std::vector<double> &points, double x);
+// One step of a first-order lag y, exact for an input that goes linearly from u to `to` in dt_s.
+double lagged(double y, double u, double to, double dt_s, double tau_s);
 
 // A number, and how far the box's may be from it: it looks ahead by times that it measures, and has
 // 24 bits.

@@ -27,6 +27,13 @@ json *lag_of(json &root) {
     return nullptr;
 }
 
+// out: whether there is something to change
+template <typename change>
+bool changes(json *found, change made) {
+    if (found != nullptr) made(*found);
+    return found != nullptr;
+}
+
 const mistake mistakes[] = {
     [](json &root) {
         json &channels = root["channels"];
@@ -118,49 +125,34 @@ const mistake mistakes[] = {
         return true;
     },
     [](json &root) {
-        json *const lag = lag_of(root);
-        if (lag != nullptr) (*lag)["lag_of"] = (*lag)["name"];
-        return lag != nullptr;
+        return changes(lag_of(root), [](json &lag) { lag["lag_of"] = lag["name"]; });
+    },
+    [](json &root) { return changes(lag_of(root), [](json &lag) { lag["tau_s"] = 0; }); },
+    [](json &root) {
+        return changes(term_with(root, "positions"),
+                       [](json &term) { term["positions"][1] = term["positions"][0]; });
     },
     [](json &root) {
-        json *const lag = lag_of(root);
-        if (lag != nullptr) (*lag)["tau_s"] = 0;
-        return lag != nullptr;
+        return changes(term_with(root, "positions"),
+                       [](json &term) { term["values"].push_back(0); });
     },
     [](json &root) {
-        json *const term = term_with(root, "positions");
-        if (term != nullptr) (*term)["positions"][1] = (*term)["positions"][0];
-        return term != nullptr;
+        return changes(term_with(root, "knots"), [](json &term) { term["knots"].back() = -1; });
     },
     [](json &root) {
-        json *const term = term_with(root, "positions");
-        if (term != nullptr) (*term)["values"].push_back(0);
-        return term != nullptr;
+        return changes(term_with(root, "hidden_bias"),
+                       [](json &term) { term["hidden_bias"].push_back(0); });
     },
     [](json &root) {
-        json *const term = term_with(root, "knots");
-        if (term != nullptr) (*term)["knots"].back() = -1;
-        return term != nullptr;
+        return changes(term_with(root, "input_max"),
+                       [](json &term) { std::swap(term["input_max"], term["input_min"]); });
     },
     [](json &root) {
-        json *const term = term_with(root, "hidden_bias");
-        if (term != nullptr) (*term)["hidden_bias"].push_back(0);
-        return term != nullptr;
+        return changes(term_with(root, "bank"),
+                       [](json &term) { term["bank"]["weights"][0].push_back(0); });
     },
     [](json &root) {
-        json *const term = term_with(root, "input_max");
-        if (term != nullptr) std::swap((*term)["input_max"], (*term)["input_min"]);
-        return term != nullptr;
-    },
-    [](json &root) {
-        json *const term = term_with(root, "bank");
-        if (term != nullptr) (*term)["bank"]["weights"][0].push_back(0);
-        return term != nullptr;
-    },
-    [](json &root) {
-        json *const term = term_with(root, "chain");
-        if (term != nullptr) (*term)["chain"] = "XXYf";
-        return term != nullptr;
+        return changes(term_with(root, "chain"), [](json &term) { term["chain"] = "XXYf"; });
     },
     [](json &root) {
         if (!root.contains("pairs")) return false;
