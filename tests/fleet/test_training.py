@@ -6,7 +6,6 @@ import json
 import os
 import random
 import shutil
-import socket
 import subprocess
 import time
 
@@ -15,7 +14,7 @@ import pytest
 
 from fleets import cli
 from fleet import jobs
-from fleet.processes import free_port
+from fleet.processes import free_port, listens
 from twins import TRUTH, Twin
 
 
@@ -96,11 +95,6 @@ def test_a_task_of_an_array_that_died_is_named(plant):
     assert "has no job 2, but 0 to 1" in plant.refusal("run-job", "array", 2)
 
 
-def listens(address):
-    with socket.socket() as probe:
-        return probe.connect_ex(("127.0.0.1", int(address.rsplit(":", 1)[1]))) == 0
-
-
 def workers_below(process):
     """out: the living workers of a dask-worker, each below its nanny"""
     found = []
@@ -118,7 +112,8 @@ def scheduler(folder, workers, longer_s=0.2):
     slow = folder / "compbox"
     slow.write_text(f'#!/bin/sh\n[ "$1" = train ] && sleep {longer_s}\nexec {cli.BIN}/compbox "$@"\n')
     slow.chmod(0o755)
-    address = f"tcp://127.0.0.1:{free_port()}"
+    port = free_port()
+    address = f"tcp://127.0.0.1:{port}"
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "COMPBOX"))}
     environment["PATH"] = f"{folder}:/usr/bin:/bin"  # so workers find compbox, and know nothing of this package
     quiet = {"env": environment, "cwd": folder, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -126,7 +121,7 @@ def scheduler(folder, workers, longer_s=0.2):
                subprocess.Popen(["dask-worker", address, "--nworkers", str(workers), "--nthreads", "1",
                                  "--no-dashboard", "--local-directory", folder], **quiet)]
     try:
-        while not listens(address):
+        while not listens(port):
             time.sleep(0.05)
         yield address, psutil.Process(started[1].pid)
     finally:

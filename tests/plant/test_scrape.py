@@ -4,7 +4,6 @@
 import json
 import os
 import pathlib
-import socket
 import subprocess
 import sys
 import urllib.parse
@@ -17,15 +16,9 @@ sys.path.insert(0, str(ROOT / "tests/cli"))
 os.environ.setdefault("COMPBOX_BIN", str(ROOT / "build/host/bin"))
 
 from conftest import BIN, PLC, Compbox, term  # noqa: E402
+from plant import free_port  # noqa: E402
 from test_first_steps import FakePlc  # noqa: E402
 from test_view import View, eventually  # noqa: E402
-
-
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
 
 CONFIG = """
 global: {{scrape_interval: 1s}}
