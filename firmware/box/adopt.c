@@ -122,7 +122,8 @@ static void adopt_signals(struct cb_box *fresh, const struct cb_box *old) {
     }
 }
 
-/* Keeps each lag of a bank whose input, power and time constant were in a bank before. */
+/* Keeps each lag of a bank whose input, power and time constant were in a bank before. Two banks
+ * with the same differ by the ranges in which the input acts. */
 static void adopt_banks(struct cb_box *fresh, const struct cb_box *old) {
     for (unsigned lag = 0; lag < fresh->config.bank_lags_count; ++lag) {
         struct cb_bank_key key = cb_bank_key_of(&fresh->config, lag);

@@ -26,12 +26,18 @@ static const float *taus_of(const struct cb_config *config, const struct cb_bank
     return config->pool + bank->taus + bank->unlagged;
 }
 
+/* out: the training range of input i of a bank that has one */
+static const struct cb_training_range *range_of(const struct cb_config *config,
+                                                const struct cb_bank_config *bank, unsigned i) {
+    const void *const ranges = config->pool + bank->ranges;
+    return (const struct cb_training_range *)ranges + i;
+}
+
 /* out: x within the range in which input i of the bank may act */
 static float held(const struct cb_config *config, const struct cb_bank_config *bank, unsigned i,
                   float x) {
     if (!bank->trained) return x;
-    const void *const ranges = config->pool + bank->ranges;
-    const struct cb_training_range *range = (const struct cb_training_range *)ranges + i;
+    const struct cb_training_range *range = range_of(config, bank, i);
     return cb_clamp(x, range->min - range->margin, range->max + range->margin);
 }
 
@@ -103,6 +109,8 @@ void cb_banks_follow(const struct cb_config *config, const struct cb_signal_stat
 
 /* ---- keys ---- */
 
+#define UNBOUNDED 1e30f /* of an input without a training range */
+
 /* in : row, from 0, of the products of inputs and powers; powers, the set of each input
  * out: the input; *power of it */
 static unsigned input_of_row(const uint8_t *powers, unsigned row, uint8_t *power) {
@@ -122,6 +130,8 @@ struct cb_bank_key cb_bank_key_of(const struct cb_config *config, unsigned lag) 
     key.tau_s = taus_of(config, bank)[own % lagged(bank)];
     const unsigned i = input_of_row(cb_bank_sets(config, bank), own / lagged(bank), &key.power);
     key.signal = config->links[bank->inputs.link + i];
+    key.low = held(config, bank, i, -UNBOUNDED);
+    key.high = held(config, bank, i, UNBOUNDED);
     return key;
 }
 
@@ -140,9 +150,16 @@ static unsigned find_in(const struct cb_config *config, const struct cb_bank_con
 }
 
 unsigned cb_bank_find(const struct cb_config *config, struct cb_bank_key key) {
+    unsigned nearest = CB_MAX_BANK_LAGS;
+    float least = 0.0f;
     for (unsigned b = 0; b < config->banks_count; ++b) {
         const unsigned lag = find_in(config, &config->banks[b], key);
-        if (lag < CB_MAX_BANK_LAGS) return lag;
+        if (lag == CB_MAX_BANK_LAGS) continue;
+        const struct cb_bank_key found = cb_bank_key_of(config, lag);
+        const float apart = cb_abs(found.low - key.low) + cb_abs(found.high - key.high);
+        if (nearest < CB_MAX_BANK_LAGS && apart >= least) continue;
+        nearest = lag;
+        least = apart;
     }
-    return CB_MAX_BANK_LAGS;
+    return nearest;
 }

@@ -25,6 +25,7 @@ struct cb_bank_state {
 struct cb_bank_key {
     uint8_t signal, power;
     float tau_s;
+    float low, high; /* its input acts within these: the training range with its margin */
 };
 
 static inline bool cb_bank_is_settled(const struct cb_bank_state *state, unsigned lag) {
@@ -47,7 +48,8 @@ void cb_banks_follow(const struct cb_config *config, const struct cb_signal_stat
 /* in : lag < config->bank_lags_count */
 struct cb_bank_key cb_bank_key_of(const struct cb_config *config, unsigned lag);
 
-/* out: the first lag with this key; CB_MAX_BANK_LAGS if there is none */
+/* out: the lag of this signal, power and time constant whose input acts within the nearest range,
+ * the first of several; CB_MAX_BANK_LAGS if there is none */
 unsigned cb_bank_find(const struct cb_config *config, struct cb_bank_key key);
 
 /* out: the sets of powers of the bank's inputs */

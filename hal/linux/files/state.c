@@ -34,7 +34,7 @@ struct record { /* of a lag of a bank: no name, and in `input` the value of lag_
     int64_t boottime_us; /* … and by the clock of this boot */
     float hi, lo, input, tau_s;
     uint32_t power;
-    uint32_t unused;
+    uint32_t range; /* of a lag of a bank: CRC-32 of the range of its input; 0 in older files */
 };
 
 struct probe { /* of a term of type adapt */
@@ -103,6 +103,12 @@ static struct ending ending_of(const struct cb_state *state, const struct cb_con
                            .revision = config->revision};
 }
 
+/* out: what differs for two lags of a bank whose input acts within different ranges */
+static uint32_t range_of(const struct cb_bank_key *key) {
+    const float range[2] = {key->low, key->high};
+    return cb_crc32(0, range, sizeof range);
+}
+
 /* Appends a record, complete but for name and state of the lag. in: signal, that it follows */
 static struct record *add(struct file *file, const struct cb_signal_config *signal, int64_t time_us,
                           const struct cb_state_clock *now) {
@@ -142,6 +148,7 @@ static void add_bank(struct file *file, const struct cb_state *state,
         record->input = bank->value[key.signal];
         record->tau_s = key.tau_s;
         record->power = key.power;
+        record->range = range_of(&key);
     }
 }
 
@@ -252,6 +259,7 @@ struct wanted {
     const char *name, *lag_of;
     uint32_t power;
     float tau_s;
+    uint32_t range; /* as struct record */
 };
 
 static bool is_same(const struct record *record, const struct wanted *lag) {
@@ -260,13 +268,17 @@ static bool is_same(const struct record *record, const struct wanted *lag) {
            record->tau_s == lag->tau_s;
 }
 
-/* out: the record of this lag; NULL if there is none or its signal differs */
+/* out: the record of this lag, with another range if no other is there; NULL if there is none or
+ * its signal differs */
 static const struct record *record_of(const struct file *file, const struct wanted *lag) {
+    const struct record *found = NULL;
     for (uint32_t i = 0; i < file->header.count; i++) {
         const struct record *record = &file->records[i];
-        if (is_same(record, lag)) return is_sound(record) ? record : NULL;
+        if (!is_same(record, lag)) continue;
+        if (!found || record->range == lag->range) found = record;
+        if (record->range == lag->range) break;
     }
-    return NULL;
+    return found && is_sound(found) ? found : NULL;
 }
 
 /* Clock that measures the pause. */
@@ -361,7 +373,7 @@ static void resume_lags(struct cb_state *state, const struct cb_config *config,
         const struct cb_signal_config *signal = &config->signals[i];
         if (signal->source != CB_SOURCE_LAG) continue;
         const struct wanted lag = {signal->name, config->signals[signal->lag_of].name,
-                                   signal->power, signal->tau_s};
+                                   signal->power, signal->tau_s, 0};
         int64_t time_us = 0;
         const struct record *record = resume(to, &lag, &time_us);
         if (!record) continue;
@@ -374,7 +386,8 @@ static void resume_bank(struct cb_state *state, const struct cb_config *config,
                         struct resumption *to) {
     for (unsigned i = 0; i < config->bank_lags_count; i++) {
         const struct cb_bank_key key = cb_bank_key_of(config, i);
-        const struct wanted lag = {"", config->signals[key.signal].name, key.power, key.tau_s};
+        const struct wanted lag = {"", config->signals[key.signal].name, key.power, key.tau_s,
+                                   range_of(&key)};
         int64_t time_us = 0;
         const struct record *record = resume(to, &lag, &time_us);
         if (!record) continue;

@@ -45,7 +45,7 @@ std::unique_ptr<cb_box> reloaded(const bank_rig &rig, const std::string &file) {
 float lag_of(const cb_box &box, const char *signal, uint8_t power, float tau_s) {
     for (uint8_t i = 0; i < box.config.signals_count; ++i) {
         if (std::string(box.config.signals[i].name) != signal) continue;
-        const unsigned lag = cb_bank_find(&box.config, {i, power, tau_s});
+        const unsigned lag = cb_bank_find(&box.config, {i, power, tau_s, -1e30F, 1e30F});
         if (lag < CB_MAX_BANK_LAGS && cb_bank_is_settled(&box.bank, lag))
             return box.bank.lags[lag].hi;
     }
@@ -82,6 +82,30 @@ TEST(adopt_bank, the_output_goes_on_without_a_step) {
         EXPECT_EQ(cb_bits_of(rig.term("banked")), cb_bits_of(still.term("banked")));
         EXPECT_EQ(rig.written(4), still.written(4));
     }
+}
+
+// Two banks of one input. The first was trained up to 24 degC, so its lag stays below the other's.
+std::string two_banks(double most) {
+    const auto bank = [](const std::string &name, const std::string &range) {
+        return R"({"name": ")" + name + R"(", "type": "linear", "bank": {"inputs": ["T2"],)" +
+               range + R"( "tau_s": [60], "weights": [[1]]}})";
+    };
+    return bank("held", R"("input_min": [10], "input_max": [)" + std::to_string(most) + "],") +
+           "," + bank("banked", "");
+}
+
+TEST(adopt_bank, lags_of_two_ranges_stay_apart) {
+    const bank_rig rig = warm(two_banks(24));
+    const auto lag_in = [](const cb_box &box, unsigned lag) { return box.bank.lags[lag].hi; };
+    EXPECT_NEAR(lag_in(*rig.box, 0), 25.4, 0.9);
+    EXPECT_NEAR(lag_in(*rig.box, 1), 30 - 10 * std::exp(-2), 0.01);
+    for (const double most : {24.0, 25.0}) {  // the same file, and one of another training
+        const auto fresh = reloaded(rig, bank_file(two_banks(most)));
+        EXPECT_EQ(lag_in(*fresh, 0), lag_in(*rig.box, 0));
+        EXPECT_EQ(lag_in(*fresh, 1), lag_in(*rig.box, 1));
+    }
+    const auto alone = reloaded(rig, bank_file(bank_term(R"("T2")", "", "60", "1")));
+    EXPECT_EQ(lag_in(*alone, 0), lag_in(*rig.box, 1)) << "that of the bank without a range";
 }
 
 // The value of a signal in another unit, or of another signal with its name, says nothing.

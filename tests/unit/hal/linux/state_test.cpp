@@ -240,6 +240,23 @@ TEST_F(state_file, has_the_lags_of_banks) {
     EXPECT_LT(again.box->bank.lags[1].hi, 30) << "35 only after hours";
 }
 
+// Two banks of one input, of which one was trained up to 24 degC.
+TEST_F(state_file, keeps_lags_of_two_ranges_apart) {
+    const std::string banks = R"({"name": "held", "type": "linear", "bank": {"inputs": ["T2"],
+ "input_min": [10], "input_max": [24], "tau_s": [600], "weights": [[1]]}},
+ {"name": "banked", "type": "linear", "bank": {"inputs": ["T2"], "tau_s": [600], "weights": [[1]]}})";
+    bank_rig rig(banks);
+    rig.t2 = 20;
+    for (int i = 0; i < 10; ++i) rig.go();
+    rig.t2 = 35;
+    for (int i = 0; i < 10000; ++i) rig.go();
+    ASSERT_GT(rig.box->bank.lags[1].hi, rig.box->bank.lags[0].hi + 1);
+    save(rig, 1000 * second);
+    ASSERT_TRUE(read(rig.box->config, 3 * second, 1030 * second)) << message;
+    for (unsigned lag = 0; lag < 2; ++lag)
+        EXPECT_EQ(state.bank.lags[lag].hi, rig.box->bank.lags[lag].hi) << lag;
+}
+
 TEST_F(state_file, another_power_or_time_constant_of_a_bank_starts_steady) {
     bank_rig rig(warm_bank);
     for (int i = 0; i < 10; ++i) rig.go();
