@@ -18,6 +18,15 @@ struct found_address {
     sockaddr_storage address;
 };
 
+// Keeps what a call on a TCP socket says of its connection.
+ssize_t told(int fd, ssize_t result) {
+    const auto file = here().descriptor(fd);
+    if (file == nullptr || file->path != "tcp") return result;
+    const bool again = result < 0 && (error_number() == EAGAIN || error_number() == EINTR);
+    here().tcp_ended += result <= 0 && !again;
+    return result;
+}
+
 }  // namespace
 
 extern "C" {
@@ -45,7 +54,7 @@ int world_connect(int fd, const sockaddr *address, socklen_t size) {
 ssize_t world_recv(int fd, void *to, size_t count, int) {
     call_fate fate;
     open_file *const file = begin_on(fd, "recv", &fate);
-    return file == nullptr ? -1 : returned(file->receive(to, count));
+    return told(fd, file == nullptr ? -1 : returned(file->receive(to, count)));
 }
 
 ssize_t world_recvmsg(int fd, msghdr *to, int) {
@@ -57,9 +66,13 @@ ssize_t world_recvmsg(int fd, msghdr *to, int) {
 ssize_t world_send(int fd, const void *from, size_t count, int) {
     call_fate fate;
     open_file *const file = begin_on(fd, "send", &fate);
-    if (file == nullptr) return -1;
+    const std::size_t wanted = count;
     if (fate.half && count > 1) count /= 2;
-    return returned(file->send(from, count));
+    const ssize_t sent = file == nullptr ? -1 : returned(file->send(from, count));
+    const bool whole = sent == static_cast<ssize_t>(wanted);
+    here().tcp_sent += whole && file->path == "tcp";
+    // Without room for all of it, now or later, the box gives the connection up.
+    return whole ? sent : (told(fd, 0), sent);
 }
 
 ssize_t world_sendto(int fd, const void *from, size_t count, int flags, const sockaddr *,

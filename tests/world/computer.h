@@ -86,7 +86,9 @@ class computer {
     // Called in an event after each end of the process.
     std::function<void(const ending &)> ended;
     std::function<void(const std::string &line)> logged;  // by stderr
-    std::function<void()> ticked;                         // the loop waits for its next tick
+    // What it says to systemd; "": the hardware watchdog is fed; "V": it is to be left alone.
+    std::function<void(const std::string &words)> supervised;
+    std::function<void()> ticked;  // the loop waits for its next tick
 
     // ---- clocks
     time_ns monotonic() const { return boottime() - suspended_ns_; }
@@ -137,6 +139,9 @@ class computer {
         return name == "can0" ? 3U : 0U;
     };
     std::size_t most_descriptors = 1024;
+    // Calls on TCP sockets, of all processes: requests that were taken whole, and results that end
+    // a connection.
+    std::uint64_t tcp_sent = 0, tcp_ended = 0;
 
     static computer *current;
 

@@ -44,6 +44,12 @@ class null_device : public open_file {
 
 class watchdog : public null_device {
   public:
+    explicit watchdog(computer &of) : of_(of) {}
+    long write(const void *from, std::size_t count) override {
+        const auto *bytes = static_cast<const char *>(from);
+        if (of_.supervised) of_.supervised({bytes, *bytes == 'V' ? count : 0});
+        return static_cast<long>(count);
+    }
     int control(unsigned long request, void *argument) override {
         int &seconds = *static_cast<int *>(argument);
         if (request == WDIOC_SETTIMEOUT) timeout_s_ = seconds;
@@ -52,6 +58,7 @@ class watchdog : public null_device {
     }
 
   private:
+    computer &of_;
     int timeout_s_ = 10;
 };
 
@@ -84,6 +91,7 @@ class notify_socket : public null_device {
     }
     long send(const void *from, std::size_t count) override {
         of_.hash.add(from, count);
+        if (of_.supervised) of_.supervised({static_cast<const char *>(from), count});
         return static_cast<long>(count);
     }
 
@@ -105,7 +113,7 @@ std::shared_ptr<open_file> make_notify_socket(computer &of, std::function<bool()
 void add_system_devices(computer &of) {
     of.files.make_device("/dev/null", [] { return std::make_shared<null_device>(); });
     of.files.make_device("/dev/cpu_dma_latency", [] { return std::make_shared<null_device>(); });
-    of.files.make_device("/dev/watchdog", [] { return std::make_shared<watchdog>(); });
+    of.files.make_device("/dev/watchdog", [&of] { return std::make_shared<watchdog>(of); });
     of.files.make_device("/proc/sys/kernel/random/boot_id",
                          [&of] { return std::make_shared<boot_id_file>(of.boot_id()); });
 }

@@ -241,7 +241,7 @@ segment_fate fault_injector::at_segment(bool to_box, std::size_t bytes) {
     if (!to_box && is_late_write(bytes)) fate.delay_ns = draw_late();
     if (bytes > 1 && due(torn_segments_)) {
         fate.cut_at = 1 + chance(fault_kind::tear).below(bytes - 1);
-        fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 100e6));
+        fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 300e6));
     }
     if (due(stalls_)) {
         fate.lost = true;
@@ -278,18 +278,28 @@ bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
     return is_read_back(request) && of_.time.now() < no_read_backs_until_;
 }
 
+// Other values in a right form would count, but not the echo of a write to other registers.
+stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
+    const bool echoes = request[0] == 16;
+    return static_cast<stray_reply>(1 + chance(fault_kind::stray).below(echoes ? 5 : 4));
+}
+
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     reply_fate fate;
     fate.lost = due(lost_replies_) || is_mute(request);
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
-    if (due(strays_)) fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
+    if (request[0] != 3 && due(lost_ends_)) {
+        fate.resets = true;
+        note(fault_kind::reset, "a write acts, and the connection is reset");
+    }
+    if (due(strays_)) fate.stray = draw_stray(request);
     if (fate.lost) fate.stray = stray_reply::none;
     if (is_mute(request) && garbles_)
         fate.stray = chance(fault_kind::mute).one_in(2) ? stray_reply::other_unit
                                                         : stray_reply::other_function;
     if (active_ && of_.time.now() < gateway_until_ && request[0] != 3) {
-        fate.stray = static_cast<stray_reply>(1 + chance(fault_kind::stray).below(4));
+        fate.stray = draw_stray(request);
         fate.ignored = true;
     }
     fate.torn = due(torn_readings_);

@@ -35,6 +35,16 @@ struct exchange {
     mutable written_block decoded = {};
 };
 
+// A request of the box at the moment at which it is sent, and the one before it on this connection
+// or line.
+struct question {
+    bool on_line;    // a serial one
+    bool first;      // of this connection, or since the adapter was plugged in
+    bool settled;    // the reply to the one before it has been sent, or on a line has come
+    bool was_probe;  // by docs/rtu.md; one that was refused proves nothing
+    bool is_probe;
+};
+
 class invariant {
   public:
     invariant(run &of, const char *of_name) : name(of_name), of_(of) {}
@@ -42,10 +52,16 @@ class invariant {
 
     // Each comes in an event, in the order of time.
     virtual void exchanged(const exchange &) {}
+    virtual void asked(const question &) {}
+    // The box asks the module of a unit on its bus. prompt: the one asked before has replied;
+    // first: since the adapter was plugged in.
+    virtual void module_asked(int /* unit */, bool /* prompt */, bool /* first */) {}
+    virtual void reply_torn(time_ns) {}  // a part has come, and this long before the rest
     virtual void scanned(const fakeplc::plc_state &) {}   // a scan of the PLC program
     virtual void sampled(const std::string &, double) {}  // a signal on a wire of its own was sent
     virtual void logged(const std::string &) {}           // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
+    virtual void supervised(const std::string &) {}          // see computer
     virtual void started() {}                                // the daemon
     virtual void taken(const machine &, const machine &) {}  // the daemon took the second file
     virtual void ticked() {}                                 // the daemon waits for its next tick
@@ -73,6 +89,7 @@ void add_models(run &of, invariants &all);     // invariants_models.cpp
 void add_adapted(run &of, invariants &all);    // invariants_adapted.cpp
 void add_reference(run &of, invariants &all);  // invariants_reference.cpp
 void add_rows(run &of, invariants &all);       // invariants_rows.cpp
+void add_wire(run &of, invariants &all);       // invariants_wire.cpp
 
 invariants all_invariants(run &of);
 

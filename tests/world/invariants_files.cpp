@@ -261,6 +261,7 @@ struct state_file {
         std::int64_t unix_us, boottime_us;
         std::uint32_t heartbeat, beat, stopped, unused;
     };
+    bool synchronised = false;  // by what it says itself
     std::vector<record> records;
     struct ending end = {};
 };
@@ -289,6 +290,7 @@ std::optional<state_file> decoded(const std::string &bytes) {
     std::uint32_t sum = 0;
     std::memcpy(&sum, bytes.data() + body, sizeof sum);
     if (crc_of(bytes, body) != sum) return std::nullopt;
+    file.synchronised = head.synchronised == 1;
     file.records.resize(head.count);
     if (head.count > 0)
         std::memcpy(file.records.data(), bytes.data() + sizeof head,
@@ -352,6 +354,8 @@ class state_invariant : public invariant {
         if (draws(of_, fault_kind::clock) && known->second.boot_id != of_.box.boot_id()) {
             if (!of_.box.synchronised && longest_lag(of_) == 0)
                 violated(fmt::format("a pause of {} s by a clock that is not set", pause_s));
+            if (!decoded(found_)->synchronised)
+                violated(fmt::format("a pause of {} s by a clock that was not set", pause_s));
             return;
         }
         const double true_s = 1e-9 * static_cast<double>(of_.time.now() - known->second.ns);

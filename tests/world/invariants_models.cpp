@@ -54,57 +54,18 @@ std::optional<double> linear_at(const json &term, const signal_values &values) {
     return sum;
 }
 
-// Beyond its ends it has the value there.
-double polynomial_at(const json &term, double x) {
-    const double from = term.at("from"), to = term.at("to"), center = term.at("center");
-    const double u = (std::clamp(x, from, to) - center) / term.at("half_range").get<double>();
-    double sum = 0, power = 1;
-    for (const double coefficient : term.at("coefficients")) {
-        sum += coefficient * power;
-        power *= u;
-    }
-    return sum;
-}
-
-// E = sum of delta_a + 1e-3 eps_a x L_a, and squareness. in: output: 0 … 2 of X, Y, Z
 std::optional<double> volumetric_at(const json &root, const json &term, const std::string &output,
                                     const signal_values &values) {
-    const std::string letters = "XYZ", rotations = "ABC", chain = term.at("chain");
-    const std::size_t f = chain.find('f');
-    const auto square = [&term](const char *key) {
-        return term.at("squareness_urad").value(key, 0.0);
+    const auto value = [&values](const char *axis) {
+        const auto found = values.find(axis);
+        return found == values.end() ? std::nan("") : found->second;
     };
-    double at_mm[3];
-    for (std::size_t c = 0; c < 3; ++c) {
-        const auto found = values.find(letters.substr(c, 1));
-        if (found == values.end()) return std::nullopt;
-        at_mm[c] = found->second;
-    }
-    double e_um[3] = {1e-3 * (square("B0Z") * at_mm[2] - square("C0Y") * at_mm[1]),
-                      -1e-3 * square("A0Z") * at_mm[2], 0};
-    for (const std::string error : term.at("errors")) {
-        const auto value = value_of(root, error, values);
-        if (!value) return std::nullopt;
-        if (letters.find(error[1]) != std::string::npos) {
-            e_um[letters.find(error[1])] += *value;
-            continue;
-        }
-        const std::string axis = error.substr(2);
-        const std::size_t i = chain.find(axis), r = rotations.find(error[1]);
-        double lever_mm[3];
-        for (std::size_t c = 0; c < 3; ++c) {
-            const std::size_t j = chain.find(letters[c]);
-            const bool moves = i > f ? j > i : j >= i || j > f;
-            lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
-                          term.at("reference_points_mm").at(axis)[c].get<double>() -
-                          (c == 2 ? term.at("tool_length_mm").get<double>() : 0) +
-                          (moves ? at_mm[c] : 0);
-        }
-        const std::size_t next = (r + 1) % 3, last = (r + 2) % 3;  // (e_r x L)
-        e_um[next] -= 1e-3 * *value * lever_mm[last];
-        e_um[last] += 1e-3 * *value * lever_mm[next];
-    }
-    return e_um[letters.find(output[1])];
+    const auto error = [&](const std::string &name) {
+        return value_of(root, name, values).value_or(std::nan(""));
+    };
+    const double um = volumetric_um(term, output[1], {value("X"), value("Y"), value("Z")}, error);
+    if (std::isnan(um)) return std::nullopt;
+    return um;
 }
 
 std::optional<double> value_of_term(const json &root, const json &term,

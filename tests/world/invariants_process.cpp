@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -351,6 +352,36 @@ class overrun_invariant : public invariant {
     time_ns ticked_ns_ = never, full_ns_ = never, possibly_ns_ = never;
 };
 
+// The hardware watchdog and systemd are fed by completed cycles alone. Whoever ends as asked leaves
+// the hardware watchdog disarmed.
+class watchdog_invariant : public invariant {
+  public:
+    explicit watchdog_invariant(run &of) : invariant(of, "watchdog") {}
+    void started() override { fed_ = {}; }
+    void ticked() override { fed_[0].since_tick = fed_[1].since_tick = 0; }
+    void supervised(const std::string &words) override {
+        if (!words.empty() && words != "WATCHDOG=1" && words != "V") return;
+        feeding &who = fed_[words == "WATCHDOG=1"];
+        who.armed = words != "V";
+        // A cycle may end between a feed and the wait for the next tick.
+        if (who.armed && ++who.since_tick > 2)
+            violated(fmt::format("{} is fed again, and no cycle has ended",
+                                 words.empty() ? "the watchdog" : "systemd"));
+    }
+    void ended(const ending &how) override {
+        const bool refuses = draws_any(of_, {fault_kind::refuse, fault_kind::partial});
+        if (!how.by_signal && how.code == 0 && fed_[0].armed && !refuses)
+            violated("the daemon ended with 0, and the hardware watchdog is armed");
+    }
+
+  private:
+    struct feeding {
+        bool armed = false;
+        int since_tick = 0;
+    };
+    std::array<feeding, 2> fed_;  // the hardware, systemd
+};
+
 }  // namespace
 
 void add_process(run &of, invariants &all) {
@@ -363,6 +394,7 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<reconnect_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));
     all.push_back(std::make_unique<overrun_invariant>(of));
+    all.push_back(std::make_unique<watchdog_invariant>(of));
 }
 
 }  // namespace compbox::world

@@ -202,10 +202,12 @@ class rows_invariant : public invariant {
             }
         }
     }
-    // With FC23 the next cycle sends what a step computed.
+    // With FC23 the next cycle sends what a step computed. Before its first block a daemon may send
+    // none: it has no PLC yet.
     void check_outputs(const machine &facts, const row_reader &rows, std::size_t first,
                        double until_s) {
         bool any = false;
+        if (first == 0) return;
         for (std::size_t i = first; i < sent_.size() && sent_[i].s < until_s; ++i) {
             if (is_of(facts, rows, sent_[i].block)) return;
             any = true;

@@ -98,6 +98,9 @@ DEFECTS_OF_THE_PAST = [
       "if (stat(path, &there) != 0) return errno == ENOENT ? 0 : errno;"),
      (OUTPUT + "output_file.c", "O_WRONLY | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644",
       "O_WRONLY | O_CREAT | O_NONBLOCK | O_CLOEXEC, 0644")),
+    ("bounds-lag-of-another-range", "A reload gives a bank's lag the state of one with another training range",
+     (SIGNALS + "bank.c", "if (nearest < CB_MAX_BANK_LAGS && apart >= least) continue;",
+      "if (nearest < CB_MAX_BANK_LAGS) continue;")),
 ]
 
 LIMITS = [

@@ -101,6 +101,10 @@ void connection::put_on_wire(bool to_box, const std::string &bytes, time_ns afte
         return;
     }
     arrive(last, flipped.substr(0, fate.cut_at));
+    if (to_box)
+        time.at(last, [self = shared_from_this(), rest = fate.rest_ns] {
+            if (self->counted_ && self->of_.torn) self->of_.torn(rest);
+        });
     last += fate.rest_ns;
     arrive(last, flipped.substr(fate.cut_at));
 }
@@ -116,6 +120,13 @@ void connection::after_all(bool to_box, const std::function<void(connection &)> 
     time_ns &last = last_due_[to_box];
     last = std::max(last, of_.box.time.now() + of_.latency());
     of_.box.time.at(last, [self = shared_from_this(), what] { what(*self); });
+}
+
+void connection::count(bool open) {
+    if (counted_ == open) return;
+    counted_ = open;
+    of_.open += open ? 1 : -1;
+    if (of_.open == 0) of_.closed_ns = of_.box.time.now();
 }
 
 // ---- the peer's side
@@ -143,6 +154,7 @@ void connection::reset() {
 
 void connection::connect(std::uint16_t port) {
     state = phase::connecting;
+    count(true);
     const segment_fate fate = of_.faults == nullptr ? segment_fate{} : of_.faults->at_connect();
     if (fate.lost || !of_.plugged) return;
     scheduler &time = of_.box.time;
@@ -169,6 +181,7 @@ void connection::answer_attempt(std::uint16_t port) {
 void connection::fail(int error_number) {
     if (gone_ || state == phase::over) return;
     state = phase::over;
+    count(false);
     error = error_number;
     inbox_.clear();
     of_.box.changed();
@@ -220,6 +233,7 @@ void connection::shut_down() {
 void connection::close(bool discard) {
     if (gone_) return;
     gone_ = true;
+    count(false);
     discards_ = discard;
     if (state != phase::up) return;
     const bool reset = discard || !inbox_.empty();

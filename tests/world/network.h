@@ -63,6 +63,11 @@ class network {
     // How long bytes that were sent at this time may wait in the peer, once the box has reset their
     // connection: longer ones are dropped (docs/decisions/0003). Empty: for any time.
     std::function<time_ns(time_ns sent)> longest_wait;
+    // Called when a part of a reply has come, and its rest comes so much later.
+    std::function<void(time_ns rest)> torn;
+    // Connections of the box that are up or on their way, and since when there is none.
+    int open = 0;
+    time_ns closed_ns = 0;
     // false: no packet passes in either direction (an unplugged cable)
     bool plugged = true;
 
@@ -95,6 +100,7 @@ class connection : public std::enable_shared_from_this<connection> {
 
   private:
     void answer_attempt(std::uint16_t port);
+    void count(bool open);
     void fail(int error_number);
     void deliver(const std::string &bytes);
     bool is_dropped(time_ns sent) const;
@@ -104,7 +110,7 @@ class connection : public std::enable_shared_from_this<connection> {
     network &of_;
     tcp_peer *peer_ = nullptr;
     std::string inbox_;
-    bool fin_ = false, shut_ = false, gone_ = false, discards_ = false;
+    bool fin_ = false, shut_ = false, gone_ = false, discards_ = false, counted_ = false;
     time_ns last_due_[2] = {0, 0};  // of the newest segment to the peer, to the box
     bool stalled_[2] = {false, false};
 };

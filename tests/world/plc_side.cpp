@@ -222,14 +222,16 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
         const auto end = who.received.begin() + static_cast<std::ptrdiff_t>(head.size);
         const fakeplc::byte_string frame(who.received.begin(), end);
         who.received.erase(who.received.begin(), end);
-        answer_frame(from, frame, sent);
+        if (asked) asked(!who.asked, who.settled_ns <= sent);
+        who.asked = true;
+        who.settled_ns = answer_frame(from, frame, sent);
     }
 }
 
 plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
     if (serves && fate.ignored && fate.stray != stray_reply::none)
-        return {{request.begin(), request.begin() + 5}, ms, false, fate.stray, true};
+        return {{request.begin(), request.begin() + 5}, ms, false, fate.stray, true, false};
     if (!serves || fate.ignored) return {};
     catch_up();
     fakeplc::byte_string reply = fate.exception != 0
@@ -238,45 +240,57 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
                                      : control.answer(request, fate.torn);
     disguise(request, reply);
     const time_ns duration =
-        fate.lost ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
+        fate.lost || fate.resets ? never : chance_.time_between(200 * us, 2 * ms) + fate.delay_ns;
     if (answered) answered(sent, request, reply, duration);
+    if (fate.resets) return {{}, never, false, stray_reply::none, false, true};
     if (fate.lost && fate.stray == stray_reply::none) return {};
-    if (fate.lost) return {reply, ms, false, fate.stray, true};
-    return {reply, duration, fate.twice, fate.stray, false};
+    if (fate.lost) return {reply, ms, false, fate.stray, true, false};
+    return {reply, duration, fate.twice, fate.stray, false, false};
 }
 
-std::string plc_side::stray_frame(fakeplc::byte_string request_frame, fakeplc::byte_string reply,
-                                  stray_reply way) {
-    constexpr std::size_t unit_at = 6;
+fakeplc::byte_string plc_side::stray_pdu(fakeplc::byte_string reply, stray_reply way) {
     for (std::size_t i = 2; i < reply.size(); ++i) reply[i] = static_cast<std::uint8_t>(~reply[i]);
-    if (way == stray_reply::other_unit) ++request_frame[unit_at];
     if (way == stray_reply::other_function) reply[0] = reply[0] == 4 ? 3 : 4;
     if (way == stray_reply::shorter) {
         reply.resize(reply.size() - std::min<std::size_t>(reply.size() - 1, 2));
         if (reply.size() > 2) reply[1] = static_cast<std::uint8_t>(reply.size() - 2);
     }
     if (way == stray_reply::longer) reply.insert(reply.end(), {0, 0});
-    const fakeplc::byte_string whole = fakeplc::modbus::frame(request_frame, reply);
+    return reply;
+}
+
+std::string plc_side::stray_frame(fakeplc::byte_string request_frame,
+                                  const fakeplc::byte_string &reply, stray_reply way) {
+    constexpr std::size_t unit_at = 6;
+    if (way == stray_reply::other_unit) ++request_frame[unit_at];
+    const fakeplc::byte_string whole = fakeplc::modbus::frame(request_frame, stray_pdu(reply, way));
     return {whole.begin(), whole.end()};
 }
 
-void plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,
-                            time_ns sent) {
+time_ns plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,
+                               time_ns sent) {
     const fakeplc::byte_string request(frame.begin() + fakeplc::modbus::header_size, frame.end());
     const served done = serve(request, sent);
-    if (done.reply.empty()) return;
+    const time_ns now = net_.box.time.now();
+    if (done.resets) {
+        from->reset();
+        return never;
+    }
+    if (done.reply.empty()) return never;
     const fakeplc::byte_string whole = fakeplc::modbus::frame(frame, done.reply);
     const std::string bytes(whole.begin(), whole.end());
     if (done.stray != stray_reply::none)
         from->send(stray_frame(frame, done.reply, done.stray), done.duration / 2);
-    if (done.alone) return;
+    const time_ns settled_ns =
+        now + (done.stray != stray_reply::none ? done.duration / 2 : done.duration);
+    if (done.alone) return settled_ns;
     from->send(bytes, done.duration);
-    if (!done.twice) return;
+    if (!done.twice) return settled_ns;
     // Sent then: on its way from now on it would hold back the replies behind it.
     const time_ns period_ns = machine_.period_us * us;
     const time_ns pause = done.duration + chance_.time_between(0, 2 * period_ns);
-    scheduler &time = net_.box.time;
-    time.at(time.now() + pause, [from, bytes] { from->send(bytes); });
+    net_.box.time.at(now + pause, [from, bytes] { from->send(bytes); });
+    return settled_ns;
 }
 
 std::vector<std::uint16_t> plc_side::registers(int start, int count) {

@@ -17,7 +17,7 @@
 namespace compbox::world {
 
 // A gateway or a faulty server answers in the place of the PLC, or before it.
-enum class stray_reply { none, other_unit, other_function, shorter, longer };
+enum class stray_reply { none, other_unit, other_function, shorter, longer, other_registers };
 
 // What happens to a request at the PLC's server.
 struct reply_fate {
@@ -26,6 +26,7 @@ struct reply_fate {
     bool lost = false;                      // executed, without a reply
     bool twice = false;                     // another copy comes later
     int exception = 0;                      // not executed; exception code
+    bool resets = false;                    // executed, then the connection is reset
     bool torn = false;                      // a reading with two updates of the PLC's block
     stray_reply stray = stray_reply::none;  // comes before the true one, or in its place
 };
@@ -67,6 +68,9 @@ class plc_side : public tcp_peer {
                        const fakeplc::byte_string &reply, time_ns duration)>
         answered;
     std::function<void(const fakeplc::plc_state &)> scanned;
+    // By TCP a request came: whether it is the first of its connection, and whether it was sent
+    // behind the reply to the one before.
+    std::function<void(bool first, bool settled)> asked;
 
     // Runs NC and PLC program to now.
     void catch_up();
@@ -82,18 +86,22 @@ class plc_side : public tcp_peer {
         bool twice = false;
         stray_reply stray = stray_reply::none;
         bool alone = false;  // the stray reply comes, and no other
+        bool resets = false;
     };
     served serve(const fakeplc::byte_string &request, time_ns sent);
+    // out: a reply with other values and, in one place, another form than the true one
+    static fakeplc::byte_string stray_pdu(fakeplc::byte_string reply, stray_reply way);
 
     bool accepted(const connection_ptr &from) override;
     void received(const connection_ptr &from, const std::string &bytes, time_ns sent) override;
     void closed(const connection_ptr &from, bool reset) override;
 
   private:
-    // out: a reply with other values and, in one place, another form than the true one
-    static std::string stray_frame(fakeplc::byte_string request_frame, fakeplc::byte_string reply,
-                                   stray_reply way);
-    void answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame, time_ns sent);
+    static std::string stray_frame(fakeplc::byte_string request_frame,
+                                   const fakeplc::byte_string &reply, stray_reply way);
+    // out: when the first reply is sent
+    time_ns answer_frame(const connection_ptr &from, const fakeplc::byte_string &frame,
+                         time_ns sent);
     void move_axes();
     void probe();
     void permit_by_enable();
@@ -108,6 +116,8 @@ class plc_side : public tcp_peer {
         connection_ptr link;
         fakeplc::byte_string received;
         time_ns heard_ns;
+        bool asked = false;
+        time_ns settled_ns = 0;  // the reply to the newest request is sent then
     };
     std::map<int, client> clients_;
     int connections_made_ = 0;

@@ -59,13 +59,58 @@ double polyline_at(const numbers &at, const numbers &values, double x) {
     return values[i - 1] + share * (values[i] - values[i - 1]);
 }
 
-// By de Boor's recursion.
 double lagged(double y, double u, double to, double dt_s, double tau_s) {
     const double h = dt_s / tau_s, gain = -std::expm1(-h);
     const double ramp = h < 1e-3 ? h / 2 - h * h / 6 : 1 - gain / h;
     return y + gain * (u - y) + ramp * (to - u);
 }
 
+double polynomial_at(const json &term, double x) {
+    if (std::isnan(x)) return unknown;
+    const double from = term.at("from"), to = term.at("to"), center = term.at("center");
+    const double u = (std::clamp(x, from, to) - center) / term.at("half_range").get<double>();
+    double sum = 0, power = 1;
+    for (const double coefficient : term.at("coefficients")) {
+        sum += coefficient * power;
+        power *= u;
+    }
+    return sum;
+}
+
+double volumetric_um(const json &term, char axis, const std::array<double, 3> &at_mm,
+                     const std::function<double(const std::string &)> &error) {
+    const std::string letters = "XYZ", rotations = "ABC", chain = term.at("chain");
+    const std::size_t f = chain.find('f');
+    const auto square = [&term](const char *key) {
+        return term.at("squareness_urad").value(key, 0.0);
+    };
+    double e_um[3] = {1e-3 * (square("B0Z") * at_mm[2] - square("C0Y") * at_mm[1]),
+                      -1e-3 * square("A0Z") * at_mm[2], 0};
+    for (const std::string name : term.at("errors")) {
+        const double value = error(name);
+        if (letters.find(name[1]) != std::string::npos) {
+            e_um[letters.find(name[1])] += value;
+            continue;
+        }
+        const std::string of = name.substr(2);
+        const std::size_t i = chain.find(of), r = rotations.find(name[1]);
+        double lever_mm[3];
+        for (std::size_t c = 0; c < 3; ++c) {
+            const std::size_t j = chain.find(letters[c]);
+            const bool moves = i > f ? j > i : j >= i || j > f;
+            lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
+                          term.at("reference_points_mm").at(of)[c].get<double>() -
+                          (c == 2 ? term.at("tool_length_mm").get<double>() : 0) +
+                          (moves ? at_mm[c] : 0);
+        }
+        const std::size_t next = (r + 1) % 3, last = (r + 2) % 3;  // (e_r x L)
+        e_um[next] -= 1e-3 * value * lever_mm[last];
+        e_um[last] += 1e-3 * value * lever_mm[next];
+    }
+    return e_um[letters.find(axis)];
+}
+
+// By de Boor's recursion.
 double bspline_at(const numbers &knots, std::size_t degree, const numbers &points, double x) {
     if (std::isnan(x)) return unknown;
     x = std::clamp(x, knots[degree], knots[points.size()]);
@@ -135,8 +180,12 @@ void reference_box::take_signals(const json &root) {
 
 void reference_box::take_terms(const json &root) {
     for (const auto &term : root.at("terms")) {
+        const std::string type = term.at("type");
         const function made = function_of(term);
-        if (term.contains("outputs"))
+        if (type == "volumetric")
+            for (const std::string output : term.at("outputs"))
+                outputs_[output] = volumetric_of(term, output[1]);
+        else if (term.contains("outputs"))
             for (const std::string output : term.at("outputs")) outputs_[output] = made;
         else
             outputs_[term.at("name")] = made;
@@ -161,7 +210,7 @@ reference_box::function reference_box::function_of(const json &term) {
     const std::string type = term.at("type");
     if (type == "linear") return linear_of(term);
     if (type == "bpnet" && term.at("outputs").size() == 1) return network_of(term);
-    if (type == "polyline" || type == "bspline")
+    if (type == "polyline" || type == "bspline" || type == "polynomial")
         return term.contains("backward") ? play_of(term) : curve_of(term);
     if (type != "product") return [](const values &) { return unknown; };
     const function slope = outputs_.at(term.at("term"));
@@ -172,6 +221,8 @@ reference_box::function reference_box::function_of(const json &term) {
 // in : a curve with its signal
 reference_box::function reference_box::curve_of(const json &curve) const {
     const std::size_t x = place_of(curve.at("signal"));
+    if (curve.at("type") == "polynomial")
+        return [x, curve](const values &at) { return polynomial_at(curve, at[x]); };
     if (curve.at("type") == "polyline")
         return [x, positions = curve.at("positions").get<numbers>(),
                 drawn = curve.at("values").get<numbers>()](const values &at) {
@@ -270,6 +321,16 @@ reference_box::function reference_box::network_of(const json &net) const {
         for (std::size_t i = 0; i < inputs.size(); ++i)
             weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
         return sum * weight;
+    };
+}
+
+reference_box::function reference_box::volumetric_of(const json &term, char axis) const {
+    const std::array<std::size_t, 3> places = {place_of("X"), place_of("Y"), place_of("Z")};
+    std::map<std::string, function> errors;
+    for (const std::string name : term.at("errors")) errors[name] = outputs_.at(name);
+    return [term, axis, places, errors](const values &at) {
+        return volumetric_um(term, axis, {at[places[0]], at[places[1]], at[places[2]]},
+                             [&](const std::string &name) { return errors.at(name)(at); });
     };
 }
 

@@ -7,6 +7,7 @@
 // is judged by it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -25,6 +26,12 @@ struct exchange;
 double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
 double bspline_at(const std::vector<double> &knots, std::size_t degree,
                   const std::vector<double> &points, double x);
+// Of a term of that type. Beyond its ends it has the value there.
+double polynomial_at(const nlohmann::json &term, double x);
+// The error of the tool tip along an axis ('X', 'Y', 'Z'): the sum of delta_a + 1e-3 eps_a x L_a
+// over the axes a, and squareness. in: a volumetric term, the axes' positions, what its errors are
+double volumetric_um(const nlohmann::json &term, char axis, const std::array<double, 3> &at_mm,
+                     const std::function<double(const std::string &)> &error);
 // One step of a first-order lag y, exact for an input that goes linearly from u to `to` in dt_s.
 double lagged(double y, double u, double to, double dt_s, double tau_s);
 
@@ -108,6 +115,7 @@ class reference_box {
     function linear_of(const nlohmann::json &term);
     function bank_of(const nlohmann::json &bank);
     function network_of(const nlohmann::json &net) const;
+    function volumetric_of(const nlohmann::json &term, char axis) const;
     void accept(signal &of, double value, time_ns at);
     void move(signal &of, double change, time_ns at, double doubt) const;
     static verdict judge_range(const signal &of, double value);

@@ -83,12 +83,19 @@ run::run(const run_options &with)
         each([&](invariant &one) { one.logged(line); });
         heed(line);
     };
+    box.supervised = [this](const std::string &words) {
+        each([&](invariant &one) { one.supervised(words); });
+    };
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
     };
     plc.answered = [this](time_ns sent, const fakeplc::byte_string &request,
                           const fakeplc::byte_string &reply,
                           time_ns duration) { note_exchange(sent, request, reply, duration); };
+    plc.asked = [this](bool first, bool settled) {
+        each([&](invariant &one) { one.asked({false, first, settled, false, false}); });
+    };
+    net.torn = [this](time_ns rest) { each([&](invariant &one) { one.reply_torn(rest); }); };
     plc.scanned = [this](const fakeplc::plc_state &state) {
         each([&](invariant &one) { one.scanned(state); });
     };
@@ -194,21 +201,34 @@ void run::connect_wires() {
         plc_line->faults = &faults;
         plc_slave_ = std::make_unique<rtu_slaves>(
             *plc_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns sent) {
-                if (unit != 1) return fakeplc::unit_reply{};
+                if (unit != 1) return rtu_slaves::reply{};
                 const auto done = plc.serve(request, sent);
-                if (done.alone) return fakeplc::unit_reply{};
-                return fakeplc::unit_reply{done.reply, static_cast<int>(done.duration / ms)};
+                return rtu_slaves::reply{
+                    done.alone ? plc_side::stray_pdu(done.reply, done.stray) : done.reply,
+                    done.duration / ms * ms, done.alone, done.stray == stray_reply::other_unit};
             });
+        plc_line->asks = [this](const serial_line::question &before,
+                                const fakeplc::byte_string &now) {
+            const question asked{true, before.frame.empty(), before.settled,
+                                 is_probe(before.frame) && !before.refused, is_probe(now)};
+            each([&](invariant &one) { one.asked(asked); });
+        };
     }
     if (!box_machine.modules.empty()) {
         bus_line = std::make_unique<serial_line>(box, "/dev/ttyS1", seed);
         bus_line->faults = &faults;
+        bus_line->asks = [this](const serial_line::question &before,
+                                const fakeplc::byte_string &now) {
+            each([&](invariant &one) {
+                one.module_asked(now[0], before.prompt, before.frame.empty());
+            });
+        };
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
             *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
                 const auto reply = modules_.answer(unit, request);
                 note_module(unit, reply.pdu);
-                return reply;
+                return rtu_slaves::reply{reply.pdu, reply.delay_ms * ms};
             });
         wander_modules();
     }
@@ -217,6 +237,15 @@ void run::connect_wires() {
     can->heard = [this](int node, double degC) {
         each([&](invariant &one) { one.sampled(fmt::format("C{}", node), degC); });
     };
+}
+
+// A reading of fewer registers than any block has (docs/rtu.md).
+bool run::is_probe(const fakeplc::byte_string &frame) const {
+    constexpr int most = 3;
+    if (frame.size() != 8 || frame[1] != 3) return false;
+    const int count = frame[4] << 8 | frame[5];
+    const fakeplc::register_map &map = running().map;
+    return count <= most && count != map.read.count && count != map.write.count;
 }
 
 // The names and units of machine.cpp: B1 is unit 5, in 0.1 degC.

@@ -112,6 +112,7 @@ class run {
 
   private:
     void connect_wires();
+    bool is_probe(const fakeplc::byte_string &frame) const;
     void wander_modules();
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);

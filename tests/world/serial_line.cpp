@@ -95,13 +95,18 @@ void serial_line::plug(bool in) {
     plugged_ = in;
     ++plugs_;
     inbox_.clear();
+    newest_ = {};
     of_.changed();
 }
 
-fakeplc::byte_string serial_line::spoilt(fakeplc::byte_string bytes, const line_fate &fate) {
+// Of the bits that flip one in four is of the last byte, the upper one of the check sum.
+fakeplc::byte_string serial_line::spoilt(fakeplc::byte_string bytes, const line_fate &fate,
+                                         std::size_t *flipped) {
+    *flipped = std::string::npos;
     if (fate.lost) bytes.clear();
-    if (fate.flipped && !bytes.empty())
-        bytes[chance_.below(bytes.size())] ^= static_cast<std::uint8_t>(1u << chance_.below(8));
+    if (!fate.flipped || bytes.empty()) return bytes;
+    *flipped = chance_.one_in(4) ? bytes.size() - 1 : chance_.below(bytes.size());
+    bytes[*flipped] ^= static_cast<std::uint8_t>(1u << chance_.below(8));
     return bytes;
 }
 
@@ -109,7 +114,10 @@ fakeplc::byte_string serial_line::spoilt(fakeplc::byte_string bytes, const line_
 // late frame also delays those behind it.
 void serial_line::transmit(const fakeplc::byte_string &bytes) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(false);
-    const fakeplc::byte_string on_wire = spoilt(bytes, fate);
+    std::size_t flipped = 0;
+    const fakeplc::byte_string on_wire = spoilt(bytes, fate, &flipped);
+    if (asks) asks(newest_, bytes);
+    newest_ = {bytes, of_.time.now(), fate.delay_ns == 0 && free_ns_[0] <= of_.time.now()};
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
     time_ns &free = free_ns_[0];
@@ -120,17 +128,39 @@ void serial_line::transmit(const fakeplc::byte_string &bytes) {
     });
 }
 
-void serial_line::send(const fakeplc::byte_string &bytes, time_ns after) {
+void serial_line::send(const fakeplc::byte_string &bytes, time_ns after,
+                       const fakeplc::byte_string &request) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(true);
-    const fakeplc::byte_string on_wire = spoilt(bytes, fate);
+    std::size_t flipped = 0;
+    const fakeplc::byte_string on_wire = spoilt(bytes, fate, &flipped);
     const time_ns begin = std::max(free_ns_[1], of_.time.now() + after);
-    if (!fate.torn) {
+    if (fate.torn) {
+        const auto half = on_wire.begin() + static_cast<std::ptrdiff_t>(on_wire.size() / 2);
+        deliver(fakeplc::byte_string(on_wire.begin(), half), begin);
+        deliver(fakeplc::byte_string(half, on_wire.end()), free_ns_[1] + fate.delay_ns);
+    } else {
         deliver(on_wire, begin + fate.delay_ns);
-        return;
     }
-    const auto half = on_wire.begin() + static_cast<std::ptrdiff_t>(on_wire.size() / 2);
-    deliver(fakeplc::byte_string(on_wire.begin(), half), begin);
-    deliver(fakeplc::byte_string(half, on_wire.end()), free_ns_[1] + fate.delay_ns);
+    if (on_wire.empty()) return;
+    const bool on_time = !fate.torn && fate.delay_ns == 0;
+    of_.time.at(free_ns_[1], [this, bytes, flipped, request, on_time, plug = plugs_] {
+        if (plugged_ && plug == plugs_) settle(bytes, flipped, request, on_time);
+    });
+}
+
+// The last byte of a reply has come.
+void serial_line::settle(const fakeplc::byte_string &reply, std::size_t flipped,
+                         const fakeplc::byte_string &request, bool on_time) {
+    constexpr time_ns earliest_deadline = 10 * ms;  // of the machines that are drawn
+    if (newest_.frame != request) return;  // a probe may be one of several of the same kind
+    const bool exception = (reply[1] & 0x80) != 0;
+    const std::size_t head = exception ? 2 : reply[1] == 16 ? 6 : 3;
+    newest_.settled = newest_.settled || flipped >= head;
+    newest_.refused = newest_.refused || exception;
+    const bool in_time =
+        on_time && newest_.on_time && of_.time.now() - newest_.sent < earliest_deadline;
+    newest_.prompt = newest_.prompt || (in_time && flipped == std::string::npos);
+    damaged += in_time && flipped != std::string::npos && flipped >= head;
 }
 
 // To the box: the driver hands it over in lumps.
@@ -167,11 +197,13 @@ void rtu_slaves::hear(const fakeplc::byte_string &bytes, time_ns sent) {
     const fakeplc::byte_string frame = std::exchange(received_, {});
     if (frame.size() != size || !fakeplc::rtu::is_frame(frame)) return;
     const int unit = frame[0];
-    const fakeplc::unit_reply reply =
+    const reply answered =
         answer_(unit, fakeplc::byte_string(frame.begin() + 1, frame.end() - 2), sent);
-    if (reply.pdu.empty()) return;
-    line_.send(fakeplc::rtu::frame(static_cast<std::uint8_t>(unit), reply.pdu),
-               std::max(7 * line_.character() / 2, 1750 * us) + reply.delay_ms * ms);
+    if (answered.pdu.empty()) return;
+    line_.send(
+        fakeplc::rtu::frame(static_cast<std::uint8_t>(unit + answered.units_off), answered.pdu),
+        std::max(7 * line_.character() / 2, 1750 * us) + answered.delay_ns,
+        answered.is_wrong ? fakeplc::byte_string{} : frame);
 }
 
 }  // namespace compbox::world

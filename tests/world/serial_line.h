@@ -30,13 +30,29 @@ class line_faults {
 
 class serial_line {
   public:
+    // A request of the box, and what came for it until the next one.
+    struct question {
+        fakeplc::byte_string frame;  // empty: none since the adapter was plugged in
+        time_ns sent = 0;
+        bool on_time = true;  // no fault delayed it
+        // Its own reply came whole, or with a wrong check sum behind a right beginning; an
+        // exception.
+        bool settled = false, refused = false;
+        bool prompt = false;  // it came whole, and on time by any deadline
+    };
+    // Called when the box sends the next one.
+    std::function<void(const question &before, const fakeplc::byte_string &now)> asks;
+    // Replies that came on time with a right beginning and a wrong check sum.
+    std::uint64_t damaged = 0;
+
     // Makes the device.
     serial_line(computer &of, const std::string &device, std::uint64_t seed);
 
     // in : the time at which the box sent it. Called in an event when its last byte ended.
     std::function<void(const fakeplc::byte_string &bytes, time_ns sent)> heard;
-    // A slave sends; the first byte leaves after `after`.
-    void send(const fakeplc::byte_string &bytes, time_ns after);
+    // A slave replies to a request; the first byte leaves after `after`.
+    void send(const fakeplc::byte_string &bytes, time_ns after,
+              const fakeplc::byte_string &request = {});
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
     // out: of one character at the line's speed
@@ -48,11 +64,16 @@ class serial_line {
     friend class line_file;
     void transmit(const fakeplc::byte_string &bytes);
     void deliver(const fakeplc::byte_string &bytes, time_ns from);
-    fakeplc::byte_string spoilt(fakeplc::byte_string bytes, const line_fate &fate);
+    // flipped: the byte with a bit that flips; npos: none
+    fakeplc::byte_string spoilt(fakeplc::byte_string bytes, const line_fate &fate,
+                                std::size_t *flipped);
+    void settle(const fakeplc::byte_string &reply, std::size_t flipped,
+                const fakeplc::byte_string &request, bool on_time);
 
     computer &of_;
     dice chance_;
     std::string inbox_;
+    question newest_;
     long baud_ = 19200;
     bool plugged_ = true;
     std::uint64_t plugs_ = 0;      // descriptors of an earlier adapter are dead
@@ -62,9 +83,13 @@ class serial_line {
 // Slaves of a line: whole requests of a unit to replies.
 class rtu_slaves {
   public:
-    // out: empty PDU: no unit of this number, or no reply
-    using handler =
-        std::function<fakeplc::unit_reply(int unit, const fakeplc::byte_string &pdu, time_ns sent)>;
+    struct reply {
+        fakeplc::byte_string pdu;  // empty: no unit of this number, or no reply
+        time_ns delay_ns = 0;
+        bool is_wrong = false;  // one to another request, of whoever else is on the line …
+        int units_off = 0;      // … which may have another unit
+    };
+    using handler = std::function<reply(int unit, const fakeplc::byte_string &pdu, time_ns sent)>;
     rtu_slaves(serial_line &line, scheduler &time, handler answer);
 
   private:

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+// The wire to the PLC: what the box sends when, and that its counters are those of the wire
+// (docs/rtu.md, hal/linux/tcp.h).
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+// By TCP one request is pending at a time. On a serial line nothing but a probe follows a request
+// without a reply, until a probe has one.
+class order_invariant : public invariant {
+  public:
+    explicit order_invariant(run &of)
+        : invariant(of, "order"),
+          judged_(!draws_any(of, {fault_kind::partial, fault_kind::refuse})) {}
+    void started() override { doubt_ = true; }
+    void asked(const question &now) override {
+        if (!judged_) return;
+        if (!now.on_line) {
+            if (!now.first && !now.settled)
+                violated("a request is sent before the reply to the one before it");
+            return;
+        }
+        if (now.first || !now.settled) doubt_ = true;
+        if (now.settled && now.was_probe) doubt_ = false;
+        if (doubt_ && !now.is_probe)
+            violated("a request is sent, and an earlier one may still have its reply");
+    }
+
+  private:
+    bool judged_;
+    bool doubt_ = true;  // of a serial line
+};
+
+// The statistics of a daemon that ended agree with what the calls and the wire say.
+class account_invariant : public invariant {
+  public:
+    explicit account_invariant(run &of)
+        : invariant(of, "account"), by_tcp_(of.box_machine.plc_device.empty()) {}
+    void started() override {
+        sent_ = of_.box.tcp_sent;
+        ended_ = of_.box.tcp_ended;
+        damaged_ = of_.plc_line ? of_.plc_line->damaged : 0;
+        start_ns_ = of_.time.now();
+        unheard_ = stopped_ = 0;
+    }
+    void exchanged(const exchange &seen) override {
+        const bool own = !seen.written.empty() && seen.sent >= start_ns_;
+        unheard_ += own && seen.duration == never;
+    }
+    void reply_torn(time_ns rest) override {
+        const time_ns period_ns = of_.running().period_us * us;
+        stopped_ += rest > period_ns + 15 * ms && rest < 2 * period_ns;
+    }
+    void ended(const ending &how) override {
+        if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
+        const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
+        if (!all.is_object() || !all.value("finished", false)) return;
+        const nlohmann::json &plc = all.at("plc");
+        if (by_tcp_)
+            judge_tcp(plc, all.at("box"));
+        else if (longest_lag(of_) == 0)
+            at_least("crc_errors", plc, of_.plc_line->damaged - damaged_);
+    }
+    void ticked() override {
+        const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
+        if (!by_tcp_ || of_.net.open > 0 || longest_lag(of_) != 0 || draws(of_, fault_kind::memory))
+            return;
+        if (of_.time.now() - start_ns_ > most_idle && idle_ns > most_idle)
+            violated(fmt::format("no connection is begun for {} ms", idle_ns / ms));
+    }
+
+  private:
+    void judge_tcp(const nlohmann::json &plc, const nlohmann::json &box) {
+        const std::uint64_t sent = of_.box.tcp_sent - sent_, ended = of_.box.tcp_ended - ended_;
+        const auto requests = plc.value("requests", std::uint64_t{0});
+        if (requests != sent) violated(fmt::format("requests is {}, {} were sent", requests, sent));
+        const auto lost = plc.value("closed_by_peer", std::uint64_t{0}) +
+                          plc.value("socket_errors", std::uint64_t{0});
+        if (lost > ended)
+            violated(fmt::format("closed_by_peer and socket_errors are {}, {} calls said so", lost,
+                                 ended));
+        // The last one may be unread.
+        at_least("writes_unknown", box, unheard_ - std::min<std::uint64_t>(unheard_, 1));
+        const bool reads_on =
+            longest_lag(of_) == 0 && !draws_any(of_, {fault_kind::loss, fault_kind::reset,
+                                                      fault_kind::plc_stop, fault_kind::wire});
+        if (!reads_on) return;
+        const auto given_up = plc.value("given_up", std::uint64_t{0});
+        at_least("incomplete_replies", plc, stopped_ - std::min(stopped_, given_up));
+    }
+    void at_least(const char *counter, const nlohmann::json &of, std::uint64_t happened) {
+        const auto counted = of.value(counter, std::uint64_t{0});
+        if (counted < happened)
+            violated(fmt::format("{} is {}, it happened {} times", counter, counted, happened));
+    }
+
+    static constexpr time_ns most_idle = 4 * second;  // the box: a pause of one, an attempt of one
+    bool by_tcp_;
+    time_ns start_ns_ = 0;
+    // Before this daemon.
+    std::uint64_t sent_ = 0, ended_ = 0, damaged_ = 0;
+    // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
+    std::uint64_t unheard_ = 0, stopped_ = 0;
+};
+
+// A module of the bus is asked each `every_ms`. Each turn without a reply doubles its pause, up to
+// 32 times it; one reply ends that (docs/coefficient-file.md).
+class pace_invariant : public invariant {
+  public:
+    explicit pace_invariant(run &of)
+        : invariant(of, "pace"),
+          judged_(!of.box_machine.modules.empty() && longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::partial,
+                                  fault_kind::memory, fault_kind::boundary})) {
+        if (!judged_) return;
+        const auto file = nlohmann::json::parse(of.box_machine.text);
+        every_ns_ = file.at("buses").at(0).at("every_ms").get<time_ns>() * ms;
+    }
+    void started() override { modules_.clear(); }
+    void module_asked(int unit, bool prompt, bool first) override {
+        if (!judged_) return;
+        if (first) modules_.clear();
+        if (!modules_.empty() && prompt) modules_[asked_].silent = 0;
+        const time_ns now = of_.time.now();
+        const auto found = modules_.find(unit);
+        if (found != modules_.end()) {
+            const time_ns pause = now - found->second.asked_ns;
+            if (pause > (every_ns_ << found->second.silent) + second)
+                violated(
+                    fmt::format("module {} is asked after {} ms, behind {} turns without a "
+                                "reply",
+                                unit, pause / ms, found->second.silent));
+        }
+        module &one = modules_[unit];
+        one.silent = std::min(one.silent + 1, most_silent);
+        one.asked_ns = now;
+        asked_ = unit;
+    }
+
+  private:
+    static constexpr int most_silent = 5;
+    struct module {
+        time_ns asked_ns = 0;
+        int silent = most_silent;  // turns without a reply, at most
+    };
+    bool judged_;
+    time_ns every_ns_ = 0;
+    int asked_ = 0;
+    std::map<int, module> modules_;
+};
+
+}  // namespace
+
+void add_wire(run &of, invariants &all) {
+    all.push_back(std::make_unique<order_invariant>(of));
+    all.push_back(std::make_unique<account_invariant>(of));
+    all.push_back(std::make_unique<pace_invariant>(of));
+}
+
+}  // namespace compbox::world
