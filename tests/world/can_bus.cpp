@@ -144,6 +144,7 @@ void can_bus::put(const can_frame &frame) {
 void can_bus::set_interface(interface_state state) {
     if (state == state_) return;
     state_ = state;
+    for (can_node &node : nodes) node.waits = 0;
     const int error = state == interface_state::down   ? ENETDOWN
                       : state == interface_state::gone ? ENODEV
                                                        : 0;
@@ -179,9 +180,12 @@ void can_bus::send_values(std::size_t node) {
 }
 
 void can_bus::send_heartbeats(std::size_t node) {
-    const can_node &of = nodes[node];
+    can_node &of = nodes[node];
+    if (of.heartbeat == 0) return;
     of_.time.at(of_.time.now() + of.heartbeat, [this, node] { send_heartbeats(node); });
+    if (of.silent || of.operational) of.waits = 0;
     if (of.silent) return;
+    of.waits += !of.operational;
     can_frame frame = {};
     frame.can_id = static_cast<canid_t>(0x700 + of.number);
     frame.can_dlc = 1;
@@ -195,8 +199,9 @@ void can_bus::sent_by_box(const can_frame &frame) {
     if (sent) sent(frame);
     if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
     for (can_node &node : nodes) {
-        if (node.deaf) continue;
-        if (frame.data[1] == 0 || frame.data[1] == node.number) node.operational = true;
+        if (frame.data[1] != 0 && frame.data[1] != node.number) continue;
+        node.waits = 0;
+        node.operational = node.operational || !node.deaf;
     }
 }
 

@@ -19,11 +19,13 @@ namespace compbox::world {
 struct can_node {
     int number = 1;
     bool starts_itself = true;
-    time_ns every = 100 * ms;  // of its TPDO
-    time_ns heartbeat = 200 * ms;
+    time_ns every = 100 * ms;      // of its TPDO
+    time_ns heartbeat = 200 * ms;  // 0: none
     double temperature_degC = 20;
     bool supervised = false;  // the box starts it, and watches whether it obeys
     bool operational = false, silent = false, deaf = false;  // deaf: no start reaches it
+    // Heartbeats in which it waited for its start, since the box last sent one or could not.
+    int waits = 0;
 };
 
 class can_bus {

@@ -67,8 +67,10 @@ void fault_injector::plan_wires() {
         const time_ns duration = drawn.time_between(0, 10 * second);
         switch (drawn.below(6)) {
             case 0:
-                note(fault_kind::can, "the interface goes down");
+                // A bus without its power: the nodes boot while nobody hears them.
+                note(fault_kind::can, "the interface goes down, and all nodes boot");
                 leave(of_, can_bus::interface_state::down, duration);
+                for (std::size_t i = 0; i < of_.can->nodes.size(); ++i) of_.can->reboot(i);
                 break;
             case 1:
                 note(fault_kind::can, "the interface goes away");

@@ -43,6 +43,8 @@ struct question {
     bool settled;    // the reply to the one before it has been sent, or on a line has come
     bool was_probe;  // by docs/rtu.md; one that was refused proves nothing
     bool is_probe;
+    bool was_damaged_reading;  // its reply came on time with a wrong check sum
+    bool is_the_same;          // as the one before
 };
 
 class invariant {

@@ -167,6 +167,10 @@ class stats_invariant : public invariant {
         if (counted > of_.can->lost - can_lost_)
             violated(fmt::format("queue_overflows is {}, {} frames were lost", counted,
                                  of_.can->lost - can_lost_));
+        const time_ns up_ns = of_.time.now() - can_down_ns_;
+        if (all.at("can").value("state", "") == "down" && up_ns > 5 * second &&
+            longest_lag(of_) == 0)
+            violated(fmt::format("CAN is down, and its interface is up for {} ms", up_ns / ms));
     }
     // More than five periods between two steps are a jump of the clock (docs/faults.md). What comes
     // before the first step is behind none.
@@ -179,6 +183,7 @@ class stats_invariant : public invariant {
     }
     void ticked() override {
         const time_ns now = of_.time.now();
+        if (of_.can && of_.can->state() != can_bus::interface_state::up) can_down_ns_ = now;
         if (of_.steps_of_daemon > 1)
             longest_between_steps_ns_ = std::max(longest_between_steps_ns_, now - ticked_ns_);
         ticked_ns_ = now;
@@ -226,6 +231,7 @@ class stats_invariant : public invariant {
 
     time_ns ticked_ns_ = 0, longest_between_steps_ns_ = 0;  // of this daemon
     std::uint64_t can_lost_ = 0;                            // before this daemon
+    time_ns can_down_ns_ = 0;                               // until then its interface was down
     double exchange_us_ = 0;  // from a reading to the reply to what it led to, filtered
     std::uint64_t exchanges_ = 0;
     time_ns read_ns_ = 0;

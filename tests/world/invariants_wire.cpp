@@ -16,7 +16,7 @@ namespace compbox::world {
 namespace {
 
 // By TCP one request is pending at a time. On a serial line nothing but a probe follows a request
-// without a reply, until a probe has one.
+// without a reply, until a probe has one; a damaged reading is repeated at once.
 class order_invariant : public invariant {
   public:
     explicit order_invariant(run &of)
@@ -34,9 +34,13 @@ class order_invariant : public invariant {
         if (now.settled && now.was_probe) doubt_ = false;
         if (doubt_ && !now.is_probe)
             violated("a request is sent, and an earlier one may still have its reply");
+        if (now.was_damaged_reading && !now.is_the_same && !now.is_probe && has_time())
+            violated("a reading is not repeated, and its reply had a wrong check sum");
     }
 
   private:
+    // Beside slow threads; a write may have none left.
+    bool has_time() const { return longest_lag(of_) == 0 && of_.running().period_us >= 60000; }
     bool judged_;
     bool doubt_ = true;  // of a serial line
 };
@@ -49,7 +53,6 @@ class account_invariant : public invariant {
     void started() override {
         sent_ = of_.box.tcp_sent;
         ended_ = of_.box.tcp_ended;
-        damaged_ = of_.plc_line ? of_.plc_line->damaged : 0;
         start_ns_ = of_.time.now();
         unheard_ = stopped_ = 0;
     }
@@ -66,10 +69,7 @@ class account_invariant : public invariant {
         const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
         if (!all.is_object() || !all.value("finished", false)) return;
         const nlohmann::json &plc = all.at("plc");
-        if (by_tcp_)
-            judge_tcp(plc, all.at("box"));
-        else if (longest_lag(of_) == 0)
-            at_least("crc_errors", plc, of_.plc_line->damaged - damaged_);
+        if (by_tcp_) judge_tcp(plc, all.at("box"));
     }
     void ticked() override {
         const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
@@ -108,7 +108,7 @@ class account_invariant : public invariant {
     bool by_tcp_;
     time_ns start_ns_ = 0;
     // Before this daemon.
-    std::uint64_t sent_ = 0, ended_ = 0, damaged_ = 0;
+    std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;
 };
@@ -159,12 +159,39 @@ class pace_invariant : public invariant {
     std::map<int, module> modules_;
 };
 
+// A supervised node of CAN that says it is not operational is started again, each second.
+class nodes_invariant : public invariant {
+  public:
+    explicit nodes_invariant(run &of)
+        : invariant(of, "nodes"),
+          judged_(of.can != nullptr && longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                                  fault_kind::partial, fault_kind::boundary})) {}
+    void started() override {
+        if (!judged_) return;
+        for (can_node &node : of_.can->nodes) node.waits = 0;
+    }
+    void ticked() override {
+        if (!judged_ || of_.can->state() != can_bus::interface_state::up) return;
+        for (const can_node &node : of_.can->nodes) {
+            if (node.supervised && node.waits * node.heartbeat > most)
+                violated(fmt::format("node {} waits for its start for {} ms", node.number,
+                                     node.waits * node.heartbeat / ms));
+        }
+    }
+
+  private:
+    static constexpr time_ns most = 4 * second;  // the box: its look at the interface, and a second
+    bool judged_;
+};
+
 }  // namespace
 
 void add_wire(run &of, invariants &all) {
     all.push_back(std::make_unique<order_invariant>(of));
     all.push_back(std::make_unique<account_invariant>(of));
     all.push_back(std::make_unique<pace_invariant>(of));
+    all.push_back(std::make_unique<nodes_invariant>(of));
 }
 
 }  // namespace compbox::world

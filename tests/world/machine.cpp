@@ -130,6 +130,7 @@ struct draft {
         json entry = {{"node", number}, {"start", start}};
         if (!start || chance.one_in(2)) entry["heartbeat_timeout_ms"] = 1000;
         made.nodes.back().supervised = start && entry.contains("heartbeat_timeout_ms");
+        if (!entry.contains("heartbeat_timeout_ms")) made.nodes.back().heartbeat = 0;
         root["can"]["nodes"].push_back(entry);
         lags.push_back(name);
     }
@@ -726,6 +727,11 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         if (!term.contains("values")) continue;
         for (auto &value : term["values"]) value = rounded(chance.between(-30, 30));
     }
+    // The box knows signals and what belongs to them by name.
+    dice order(of.twin.seed + revision, "order");
+    json &signals = root["signals"];
+    for (std::size_t i = order.one_in(3) ? signals.size() : 0; i > 1; --i)
+        std::swap(signals[i - 1], signals[order.below(i)]);
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {

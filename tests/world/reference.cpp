@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "tests/world/reference.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -175,6 +177,7 @@ void reference_box::take_signals(const json &root) {
         if (!entry.contains("lag_of")) continue;
         lags_.push_back(
             {place_of(entry.at("lag_of")), i, entry.at("tau_s"), entry.value("power", 1u)});
+        lags_.back().key = signals_[i].name;
     }
 }
 
@@ -241,7 +244,7 @@ reference_box::function reference_box::play_of(const json &term) {
     const std::size_t b = hidden_place();
     const std::size_t axis = place_of(term.at("signal"));
     const double width = term.at("reversal_mm");
-    plays_.push_back({axis, b, width});
+    plays_.push_back({axis, b, width, term.at("name")});
     hidden_near_.back() += 5 * float_eps * signals_[axis].max / width;
     return [forward = curve_of(term), backward = curve_of(back), b](const values &at) {
         return (1 + at[b]) / 2 * forward(at) + (1 - at[b]) / 2 * backward(at);
@@ -285,6 +288,8 @@ reference_box::function reference_box::bank_of(const json &bank) {
                 const std::size_t lagged = hidden_place();
                 lags_.push_back(
                     {inputs.back(), lagged, tau_s, power, range.held(-1e30), range.held(1e30)});
+                lags_.back().key = fmt::format("{} {} {} {} {}", name, power, tau_s,
+                                               lags_.back().min, lags_.back().max);
                 columns.push_back({lagged, 1, weight, trained_range()});
             }
         }
@@ -338,8 +343,32 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
 
 void reference_box::take(const machine &of) {
     reference_box fresh(of);
+    for (signal &one : fresh.signals_) one = signals_[place_of(one.name)];
+    for (lag &one : fresh.lags_)
+        for (const lag &was : lags_)
+            if (was.key == one.key) adopt(fresh, one, was);
+    for (play &one : fresh.plays_)
+        for (const play &was : plays_)
+            if (was.key == one.key) adopt(fresh, one, was);
+    std::swap(signals_, fresh.signals_);
+    std::swap(lags_, fresh.lags_);
+    std::swap(plays_, fresh.plays_);
+    std::swap(hidden_, fresh.hidden_);
+    std::swap(hidden_near_, fresh.hidden_near_);
     std::swap(outputs_, fresh.outputs_);
     std::swap(sums_, fresh.sums_);
+}
+
+// The same lag or direction goes on in its new place.
+template <typename State>
+void reference_box::adopt(reference_box &fresh, State &one, const State &was) const {
+    const std::size_t of = one.of, to = one.to;
+    one = was;
+    one.of = of;
+    one.to = to;
+    if (to < signals_.size()) return;
+    fresh.hidden_[to - signals_.size()] = hidden_[was.to - signals_.size()];
+    fresh.hidden_near_[to - signals_.size()] = hidden_near_[was.to - signals_.size()];
 }
 
 void reference_box::start(bool has_state) {

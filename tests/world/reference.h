@@ -51,7 +51,7 @@ class reference_box {
     // The daemon has started: its lags begin with the first reading. With a state file they may go
     // on instead.
     void start(bool has_state);
-    // The daemon goes on with another file, which has other numbers alone.
+    // The daemon goes on with another file, which has other numbers alone, and another order.
     void take(const machine &of);
     // A whole reading, for which the box sent its request at `sent`.
     void read(const machine &of, const exchange &seen, time_ns sent);
@@ -94,6 +94,7 @@ class reference_box {
         double tau_s;
         unsigned power;
         double min = -1e30, max = 1e30;  // of what it takes of `of`
+        std::string key = "";            // that of the same lag in another file
         bool known = false;
         double y = 0, u = 0;
         double near = 0;   // by the times of samples, of which the box has its own, and by doubt
@@ -102,7 +103,9 @@ class reference_box {
     };
     struct play {
         std::size_t of, to;
-        double width, x = 0;
+        double width;
+        std::string key;  // likewise
+        double x = 0;
         bool known = false;
     };
     std::size_t hidden_place();
@@ -120,6 +123,8 @@ class reference_box {
     void move(signal &of, double change, time_ns at, double doubt) const;
     static verdict judge_range(const signal &of, double value);
     static verdict judge_rate(const signal &of, double change, time_ns apart_ns);
+    template <typename State>
+    void adopt(reference_box &fresh, State &one, const State &was) const;
     void follow();
     double sum_of(std::size_t channel, const values &at) const;
     judged_number judged_sum(const std::vector<function> &outputs) const;

@@ -93,7 +93,9 @@ run::run(const run_options &with)
                           const fakeplc::byte_string &reply,
                           time_ns duration) { note_exchange(sent, request, reply, duration); };
     plc.asked = [this](bool first, bool settled) {
-        each([&](invariant &one) { one.asked({false, first, settled, false, false}); });
+        each([&](invariant &one) {
+            one.asked({false, first, settled, false, false, false, false});
+        });
     };
     net.torn = [this](time_ns rest) { each([&](invariant &one) { one.reply_torn(rest); }); };
     plc.scanned = [this](const fakeplc::plc_state &state) {
@@ -209,8 +211,13 @@ void run::connect_wires() {
             });
         plc_line->asks = [this](const serial_line::question &before,
                                 const fakeplc::byte_string &now) {
-            const question asked{true, before.frame.empty(), before.settled,
-                                 is_probe(before.frame) && !before.refused, is_probe(now)};
+            const question asked{true,
+                                 before.frame.empty(),
+                                 before.settled,
+                                 is_probe(before.frame) && !before.refused,
+                                 is_probe(now),
+                                 before.damaged && before.frame[1] == 3,
+                                 now == before.frame};
             each([&](invariant &one) { one.asked(asked); });
         };
     }

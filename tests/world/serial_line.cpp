@@ -160,7 +160,7 @@ void serial_line::settle(const fakeplc::byte_string &reply, std::size_t flipped,
     const bool in_time =
         on_time && newest_.on_time && of_.time.now() - newest_.sent < earliest_deadline;
     newest_.prompt = newest_.prompt || (in_time && flipped == std::string::npos);
-    damaged += in_time && flipped != std::string::npos && flipped >= head;
+    newest_.damaged = in_time && flipped != std::string::npos && flipped >= head;
 }
 
 // To the box: the driver hands it over in lumps.

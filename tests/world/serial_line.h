@@ -38,12 +38,11 @@ class serial_line {
         // Its own reply came whole, or with a wrong check sum behind a right beginning; an
         // exception.
         bool settled = false, refused = false;
-        bool prompt = false;  // it came whole, and on time by any deadline
+        bool prompt = false;   // it came whole, and on time by any deadline …
+        bool damaged = false;  // … or with a wrong check sum alone
     };
     // Called when the box sends the next one.
     std::function<void(const question &before, const fakeplc::byte_string &now)> asks;
-    // Replies that came on time with a right beginning and a wrong check sum.
-    std::uint64_t damaged = 0;
 
     // Makes the device.
     serial_line(computer &of, const std::string &device, std::uint64_t seed);
