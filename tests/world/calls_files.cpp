@@ -205,8 +205,10 @@ int world_closedir(DIR *) {
 }
 
 int world_rename(const char *from, const char *to) {
-    if (here().begin("rename", nullptr, from).error != 0) return -1;
-    return returned(here().files.rename(from, to));
+    const bool refused = here().begin("rename", nullptr, from).error != 0;
+    const int result = refused ? -1 : returned(here().files.rename(from, to));
+    if (result != 0 && here().rename_failed) here().rename_failed(to);
+    return result;
 }
 
 int world_unlink(const char *path) {

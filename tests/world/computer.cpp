@@ -183,6 +183,7 @@ void computer::process_dropped() {
 }
 
 void computer::send_signal(int number) {
+    if (number == SIGHUP) hung_up_ns = time.now();
     if (process_ == nullptr || process_->over) return;
     if (number == SIGKILL) {
         end_process({true, number, false});

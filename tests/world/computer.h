@@ -88,7 +88,8 @@ class computer {
     std::function<void(const std::string &line)> logged;  // by stderr
     // What it says to systemd; "": the hardware watchdog is fed; "V": it is to be left alone.
     std::function<void(const std::string &words)> supervised;
-    std::function<void()> ticked;  // the loop waits for its next tick
+    std::function<void(const std::string &path)> rename_failed;  // to this one
+    std::function<void()> ticked;                                // the loop waits for its next tick
 
     // ---- clocks
     time_ns monotonic() const { return boottime() - suspended_ns_; }
@@ -142,6 +143,9 @@ class computer {
     // Calls on TCP sockets, of all processes: requests that were taken whole, and results that end
     // a connection.
     std::uint64_t tcp_sent = 0, tcp_ended = 0;
+    // When a call that is not made again was last interrupted.
+    time_ns interrupted_ns = -never / 2;
+    time_ns hung_up_ns = -never / 2;  // the newest SIGHUP
 
     static computer *current;
 

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -43,6 +45,14 @@ fault_kind kind_of(const std::string &name) {
     if (found == names.end())
         throw std::invalid_argument("unknown fault '" + name + "'; see world --help");
     return static_cast<fault_kind>(found - names.begin());
+}
+
+// Calls that a signal may interrupt before they have done anything.
+bool may_be_interrupted(const char *call) {
+    static const std::set<std::string> all = {
+        "read",  "write",           "recv",      "recvmsg",  "poll",
+        "ppoll", "clock_nanosleep", "nanosleep", "sem_wait", "sigtimedwait"};
+    return all.count(call) > 0;
 }
 
 }  // namespace
@@ -186,7 +196,13 @@ call_fate fault_injector::at_call(const call_site &site) {
              fmt::format("{} {} takes {} µs", site.name, site.path, fate.delay_ns / us));
     }
     if (on_slow_disk(site)) fate.delay_ns = std::max(fate.delay_ns, hangs_until_ - of_.time.now());
-    if (due(short_calls_)) fate.half = true;
+    if (due(short_calls_)) {
+        fate.half = true;
+        if (chance(fault_kind::partial).one_in(3) && may_be_interrupted(site.name))
+            fate.error = EINTR;
+    }
+    if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
+        fate.error = EIO;
     refuse_call(site, fate);
     return fate;
 }
@@ -289,6 +305,8 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     fate.lost = due(lost_replies_) || is_mute(request);
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
+    const bool storms = active_ && of_.time.now() < resets_until_ && ++writes_ % 3 == 0;
+    if (request[0] != 3 && storms) fate.resets = true;
     if (request[0] != 3 && due(lost_ends_)) {
         fate.resets = true;
         note(fault_kind::reset, "a write acts, and the connection is reset");

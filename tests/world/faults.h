@@ -35,7 +35,7 @@ class run;
     X(exception, "Modbus exceptions, functions refused, torn readings")        \
     X(enable, "the operator changes enable, reference, permit, presses reset") \
     X(refuse, "system calls that fail, with each errno that they may give")    \
-    X(partial, "short reads and writes")                                       \
+    X(partial, "short reads and writes, and calls that are interrupted")       \
     X(kill, "the process is killed, at a call or between two lines")           \
     X(power_cut, "power cuts: what was not synchronised may be lost")          \
     X(restart, "the operator restarts the service")                            \
@@ -212,6 +212,8 @@ class fault_injector : public call_faults,
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
+    time_ns renames_fail_until_ = 0, resets_until_ = 0;
+    int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
     time_ns silent_until_ = 0;       // its server answers nothing …
     // … or no writes, or does not return the write block

@@ -172,7 +172,7 @@ void fault_injector::plan_disk() {
         dice &drawn = chance(fault_kind::disk);
         file_tree &files = of_.box.files;
         const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
-        switch (drawn.below(3)) {
+        switch (drawn.below(4)) {
             case 0:
                 files.capacity_bytes = files.used_bytes() + drawn.time_between(0, 3000);
                 later(lasts, [&files] { files.capacity_bytes = whole_disk_bytes; });
@@ -183,9 +183,18 @@ void fault_injector::plan_disk() {
                 later(lasts, [&files] { files.read_only = false; });
                 note(fault_kind::disk, fmt::format("read-only for {} ms", lasts / ms));
                 break;
-            default:
-                hangs_until_ = of_.time.now() + lasts;
-                note(fault_kind::disk, fmt::format("hangs for {} ms", lasts / ms));
+            case 2:
+                renames_fail_until_ = of_.time.now() + lasts;
+                note(fault_kind::disk, fmt::format("renames fail for {} ms", lasts / ms));
+                break;
+            default: {
+                // Now and then for longer than rows can wait.
+                const auto longest =
+                    static_cast<time_ns>(drawn.one_in(6) ? drawn.log_between(20e9, 300e9) : 0);
+                hangs_until_ = of_.time.now() + std::max(lasts, longest);
+                note(fault_kind::disk,
+                     fmt::format("hangs for {} ms", (hangs_until_ - of_.time.now()) / ms));
+            }
         }
     });
 }
@@ -203,7 +212,7 @@ void fault_injector::heal_files() {
     file_tree &files = of_.box.files;
     files.capacity_bytes = whole_disk_bytes;
     files.read_only = false;
-    hangs_until_ = 0;
+    hangs_until_ = renames_fail_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
     if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(of_.next_revision()));

@@ -62,6 +62,11 @@ void fault_injector::plan_operator() {
         note(fault_kind::reset, "the PLC resets its connections");
         of_.plc.close_all();
     });
+    repeat(fault_kind::reset, 40 * second, [this] {
+        const auto lasts = static_cast<time_ns>(chance(fault_kind::reset).log_between(1e9, 60e9));
+        note(fault_kind::reset, fmt::format("each third write is reset for {} ms", lasts / ms));
+        resets_until_ = of_.time.now() + lasts;
+    });
     repeat(fault_kind::exception, 20 * second, [this] {
         static const std::vector<int> functions = {3, 16, 23};
         dice &drawn = chance(fault_kind::exception);
@@ -368,7 +373,8 @@ void fault_injector::meddle_before_start() {
     }
     if (has(fault_kind::restart) && own.one_in(4)) {
         note(fault_kind::restart, "SIGTERM soon after the start");
-        later(own.time_between(0, second), [this, start = of_.starts()] {
+        const bool at_once = own.one_in(2);  // while it reads its files
+        later(own.time_between(0, at_once ? ms : second), [this, start = of_.starts()] {
             if (active_ && of_.starts() == start + 1 && of_.box.runs()) of_.stop_daemon();
         });
     }
@@ -502,7 +508,7 @@ void fault_injector::lie_on(const fakeplc::shown_signal &signal, int way, double
 // it is taken, and on again; reset where the box shows FAULT.
 void fault_injector::heal_plc() {
     plc_side &plc = of_.plc;
-    refuses_until_ = gateway_until_ = no_writes_until_ = no_read_backs_until_ = 0;
+    refuses_until_ = resets_until_ = gateway_until_ = no_writes_until_ = no_read_backs_until_ = 0;
     of_.net.plugged = true;
     plc.serves = true;
     plc.stop_program(false);

@@ -63,6 +63,7 @@ class invariant {
     virtual void sampled(const std::string &, double) {}  // a signal on a wire of its own was sent
     virtual void logged(const std::string &) {}           // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
+    virtual void rename_failed(const std::string &) {}       // to this path
     virtual void supervised(const std::string &) {}          // see computer
     virtual void started() {}                                // the daemon
     virtual void taken(const machine &, const machine &) {}  // the daemon took the second file

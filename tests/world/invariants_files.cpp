@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -517,29 +518,34 @@ class events_invariant : public invariant {
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
-// of some kinds.
+// kind.
 class log_invariant : public invariant {
   public:
     explicit log_invariant(run &of) : invariant(of, "log") {}
     void started() override {
         since_ns_ = of_.time.now();
-        lines_ = 0;
+        lines_.clear();
     }
     void logged(const std::string &line) override {
-        ++lines_;
+        const std::string beginning = beginning_of(line);
+        const unsigned lines = ++lines_[beginning];
         if (line.rfind("compboxd: ", 0) != 0 &&
             !draws_any(of_, {fault_kind::partial, fault_kind::refuse, fault_kind::kill,
                              fault_kind::power_cut}))
             violated("a line of the log does not begin with the program's name: " + line);
         const double elapsed_s = 1e-9 * static_cast<double>(of_.time.now() - since_ns_);
-        if (static_cast<double>(lines_) > kinds * (20 + 2 * elapsed_s) + 40)
-            violated(fmt::format("{} lines in {} s", lines_, elapsed_s));
+        if (lines > 40 + 2.2 * elapsed_s)
+            violated(fmt::format("{} lines in {} s begin with '{}'", lines, elapsed_s, beginning));
     }
 
   private:
-    static constexpr double kinds = 7;
+    // Lines of one kind may have several beginnings, but none two kinds.
+    static std::string beginning_of(const std::string &line) {
+        const auto at = line.find(" s: ");
+        return at == std::string::npos ? "" : line.substr(at + 4, line.find(' ', at + 4) - at - 4);
+    }
     time_ns since_ns_ = 0;
-    std::uint64_t lines_ = 0;
+    std::map<std::string, unsigned> lines_;
 };
 
 // A symbolic link in the place of an output is never followed, and stays. One that comes while the
@@ -564,6 +570,91 @@ class link_invariant : public invariant {
     bool ages_judged_;
 };
 
+// An output that is not written is reported, and an interrupted write is none. Rows of a record
+// that are missing are counted.
+class reports_invariant : public invariant {
+  public:
+    explicit reports_invariant(run &of)
+        : invariant(of, "reports"), judged_(!draws(of, fault_kind::reader)) {}
+    void started() override {
+        failing_.clear();
+        lines_ = lines();
+        lost_rows_ = 0;
+        has_stats_ = false;
+    }
+    void rename_failed(const std::string &path) override {
+        static const std::set<std::string> whole = {run::state_path, run::stats_path,
+                                                    run::snapshot_path};
+        if (whole.count(path) == 0) return;
+        const time_ns now = of_.time.now();
+        const auto found = failing_.emplace(path, failure{now, false}).first;
+        if (judged_ && longest_lag(of_) != never && !found->second.is_told &&
+            now - found->second.since_ns > longest_silence)
+            violated(fmt::format("{} does not take its name for {} ms, and no line says so", path,
+                                 (now - found->second.since_ns) / ms));
+    }
+    void file_written(const std::string &path, const node &) override {
+        failing_.erase(path);
+        has_stats_ = has_stats_ || path == run::stats_path;
+    }
+    void logged(const std::string &line) override {
+        const auto words = line.find(": cannot be written: ");
+        if (words == std::string::npos) {
+            count_lost(line);
+            return;
+        }
+        for (auto &[path, one] : failing_)
+            one.is_told = one.is_told || line.find(" " + path + ":") != std::string::npos;
+        if (line.find("Interrupted", words) != std::string::npos &&
+            of_.time.now() - of_.box.interrupted_ns > longest_silence)
+            violated("an interrupted write is not made again: " + line);
+    }
+    void ended(const ending &how) override {
+        if (how.by_signal || !has_stats_ || !of_.keeps_record() || of_.limits_records() ||
+            lines_ == none || lines() == none || of_.options.seed % 16 == 4 ||
+            draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
+                            fault_kind::partial, fault_kind::links}))
+            return;
+        const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
+        if (!all.is_object() || !all.value("finished", false)) return;
+        const auto wanted = all.value("cycles", std::uint64_t{0});
+        const auto kept = lines() - lines_ + lost_rows_ + all.value("rows_lost", std::uint64_t{0});
+        if (kept < wanted)
+            violated(
+                fmt::format("{} rows of {} cycles are in the record or counted", kept, wanted));
+    }
+
+  private:
+    static constexpr time_ns longest_silence = 3 * second;
+    static constexpr std::uint64_t none = ~std::uint64_t{0};
+    struct failure {
+        time_ns since_ns;
+        bool is_told;
+    };
+    // Of the record; none: it has archives, or is no file.
+    std::uint64_t lines() const {
+        const auto file = of_.box.files.find(run::record_path, false);
+        if (file == nullptr) return 0;
+        if (file->kind != node_kind::regular ||
+            of_.box.files.has(std::string(run::record_path) + ".1"))
+            return none;
+        return static_cast<std::uint64_t>(std::count(file->bytes.begin(), file->bytes.end(), '\n'));
+    }
+    void count_lost(const std::string &line) {
+        unsigned long long count = 0;
+        const auto at = line.find(std::string(run::record_path) + ": ");
+        if (at != std::string::npos && line.find(" could not be written: ") != std::string::npos &&
+            std::sscanf(line.c_str() + at + std::strlen(run::record_path), ": %llu row", &count) ==
+                1)
+            lost_rows_ += count;
+    }
+
+    bool judged_;
+    bool has_stats_ = false;  // of this daemon
+    std::map<std::string, failure> failing_;
+    std::uint64_t lines_ = 0, lost_rows_ = 0;
+};
+
 }  // namespace
 
 void add_files(run &of, invariants &all) {
@@ -573,6 +664,7 @@ void add_files(run &of, invariants &all) {
     all.push_back(std::make_unique<events_invariant>(of));
     all.push_back(std::make_unique<log_invariant>(of));
     all.push_back(std::make_unique<link_invariant>(of));
+    all.push_back(std::make_unique<reports_invariant>(of));
 }
 
 }  // namespace compbox::world

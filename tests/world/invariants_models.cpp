@@ -115,6 +115,8 @@ class models_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && seen.sent >= sent_ns_)
             judge(facts, block_of(facts, seen), seen.sent);
+        // What the PLC may hold bounds the outputs for a while (decision 3).
+        if (!seen.written.empty() && seen.duration == never) arrived_ns_ = seen.sent;
         if (!is_reading(facts, seen)) return;
         const bool whole = head_of(facts, seen).whole;
         if (whole) remember(seen);
@@ -391,6 +393,8 @@ class slope_invariant : public invariant {
         if (root_.is_null()) return;
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty()) judge(facts, block_of(facts, seen), seen.sent);
+        // What the PLC may hold bounds the slope for a while (decision 3).
+        if (!seen.written.empty() && seen.duration == never) active_ns_ = seen.sent;
         if (!is_reading(facts, seen)) return;
         fresh_ = ++readings_ % 8 == 0 && head_of(facts, seen).whole;
         if (fresh_) take(facts, seen);

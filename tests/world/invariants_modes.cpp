@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -90,31 +91,30 @@ class essential_invariant : public invariant {
 
   private:
     void take(const machine &facts, const exchange &seen) {
-        good_ns_.resize(facts.map.signals.size(), -never / 2);
         if (!head_of(facts, seen).whole) return;
-        for (std::size_t i = 0; i < facts.map.signals.size(); ++i) {
-            const fakeplc::shown_signal &signal = facts.map.signals[i];
+        for (const fakeplc::shown_signal &signal : facts.map.signals) {
+            time_ns &good_ns = good_ns_.emplace(signal.name, -never / 2).first->second;
             const double value = signal_in(facts, signal, seen);
             const double low = signal.min.value_or(-1e30), high = signal.max.value_or(1e30);
             const double near = 1e-6 * (std::fabs(low) + std::fabs(high));
             if (std::isfinite(value) && value >= low - near && value <= high + near)
-                good_ns_[i] = std::max(good_ns_[i], seen.sent);
+                good_ns = std::max(good_ns, seen.sent);
         }
     }
     void judge(const machine &facts, const exchange &seen) {
-        for (std::size_t i = 0; i < good_ns_.size(); ++i) {
-            const signal_facts *signal = facts.signal(facts.map.signals[i].name);
+        for (const auto &[essential, good_ns] : good_ns_) {
+            const signal_facts *signal = facts.signal(essential);
             if (signal == nullptr || !signal->essential) continue;
             const time_ns most = signal->max_age_us * us + 2 * facts.period_us * us + lag_ns_;
-            if (seen.sent - good_ns_[i] > most)
+            if (seen.sent - good_ns > most)
                 violated(
                     fmt::format("ACTIVE, but the essential {} had no plausible value for {} ms",
-                                signal->name, (seen.sent - good_ns_[i]) / ms));
+                                essential, (seen.sent - good_ns) / ms));
         }
     }
 
     time_ns lag_ns_;
-    std::vector<time_ns> good_ns_;
+    std::map<std::string, time_ns> good_ns_;  // by signal; a reload may change their order
 };
 
 // After a loss ACTIVE needs permit resume, or enable off and on again: losses are HOLD, a fault, a

@@ -52,6 +52,17 @@ class exit_invariant : public invariant {
             violated("the daemon ended with 0, but the PLC did not get STOPPED and zero");
         if (is_incomplete_) violated("the daemon ended with 0, but a file is not complete");
     }
+    void ticked() override {
+        if (!of_.stop_asked || of_.asked_to_stop) asked_ns_ = never;
+        if (!of_.stop_asked || of_.asked_to_stop || longest_lag(of_) != 0) return;
+        if (asked_ns_ == never) {
+            asked_ns_ = of_.time.now();
+            most_ns_ = of_.rest_ns() + 15 * second;
+        }
+        if (of_.time.now() - asked_ns_ > most_ns_)
+            violated(fmt::format("the daemon has not ended {} s behind SIGTERM",
+                                 (of_.time.now() - asked_ns_) / second));
+    }
     void finished() override {
         if (of_.box.runs()) violated("the daemon did not end within the stated time");
     }
@@ -59,7 +70,8 @@ class exit_invariant : public invariant {
   private:
     bool has_reason_ = false;  // a sentence about a failed start
     bool is_incomplete_ = false, stopped_ = false;
-    time_ns stopped_ns_ = 0;  // when the write of STOPPED was sent
+    time_ns stopped_ns_ = 0;                  // when the write of STOPPED was sent
+    time_ns asked_ns_ = never, most_ns_ = 0;  // SIGTERM, and the time from it to the end
 };
 
 // Without faults the box becomes ACTIVE, and its last status is STOPPED. Faults that are over for

@@ -32,6 +32,20 @@ class reload_invariant : public invariant {
         if (is_wider(is, was) && mode_ == fakeplc::box_mode::active && recent)
             violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
     }
+    // Without a signal a file is read once it has not changed from one look to the next, a second
+    // later.
+    void logged(const std::string &line) override {
+        const auto file = of_.box.files.find(run::config_path, false);
+        const bool refuses = line.find(run::config_path) != std::string::npos &&
+                             line.find(", line ") != std::string::npos;
+        if (!judged_ || !refuses || file == nullptr || longest_lag(of_) != 0 ||
+            of_.cycles_of_daemon == 0 ||
+            draws_any(of_, {fault_kind::clock, fault_kind::reader, fault_kind::boundary}))
+            return;
+        const time_ns age_ns = of_.box.wall() - file->changed_ns;
+        if (age_ns < 900 * ms && of_.time.now() - of_.box.hung_up_ns > 5 * second)
+            violated(fmt::format("a file is read {} ms behind its last change", age_ns / ms));
+    }
     void faults_ended() override { quiet_ns_ = of_.time.now(); }
     void scanned(const fakeplc::plc_state &) override {
         if (!judged_ || quiet_ns_ == never || of_.asked_to_stop || !of_.box.runs()) return;

@@ -568,8 +568,10 @@ judged_number reference_box::judged_sum(const std::vector<function> &outputs) co
         if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
         const double there = at[i];
         double most = 0;
-        for (const double share : {-1.0, -0.5, 0.5, 1.0}) {
-            at[i] = there + share * unsure_[i];
+        // Over a wide range curves have tops and valleys.
+        const int places = unsure_[i] > 1 ? 16 : 2;
+        for (int place = -places; place <= places; ++place) {
+            at[i] = there + unsure_[i] * place / places;
             most = std::max(most, std::fabs(sum_at() - sum));
         }
         at[i] = there;

@@ -86,6 +86,9 @@ run::run(const run_options &with)
     box.supervised = [this](const std::string &words) {
         each([&](invariant &one) { one.supervised(words); });
     };
+    box.rename_failed = [this](const std::string &path) {
+        each([&](invariant &one) { one.rename_failed(path); });
+    };
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
     };
@@ -269,13 +272,17 @@ void run::wander_modules() {
     time.at(time.now() + second, [this] { wander_modules(); });
 }
 
+bool run::keeps_record() const {
+    return options.seed % 4 == 0 && options.cycles <= most_recorded;
+}
+
 void run::start_daemon() {
     if (box.runs()) return;
     std::vector<std::string> words = {"compboxd", "--config", config_path, "--state",
                                       state_path, "--stats",  stats_path};
-    if (options.seed % 4 == 0 && options.cycles <= most_recorded)
-        words.insert(words.end(), {"--record", record_path});
+    if (keeps_record()) words.insert(words.end(), {"--record", record_path});
     if (options.seed % 16 == 4) words.insert(words.end(), {"--record-every", "500"});
+    if (options.seed % 3 == 1) words.insert(words.end(), {"--state-every", "1"});
     if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
     const bool states =

@@ -91,6 +91,7 @@ class run {
     static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
     // Whether all records together have at most 1 MB.
+    bool keeps_record() const;
     bool limits_records() const { return options.seed % 8 == 0; }
 
     // ---- for invariants
