@@ -68,6 +68,8 @@ call_fate computer::begin(const char *name, const open_file *file, const char *p
                                 : file != nullptr ? file->path.c_str()
                                                   : ""});
         if (fate.delay_ns > 0) time.pass(fate.delay_ns);
+        while (fate.is_on_disk && time.now() < files.hangs_until_ns)
+            time.pass(std::min(files.hangs_until_ns - time.now(), 100 * ms));
     }
     if (fate.error != 0) time.running()->error_number = fate.error;
     return fate;

@@ -37,9 +37,10 @@ struct call_site {
 
 // What happens to a call.
 struct call_fate {
-    int error = 0;         // errno that the call fails with, without effect; 0: it works
-    time_ns delay_ns = 0;  // beyond its usual duration
-    bool half = false;     // write, read and send: half of the bytes
+    int error = 0;            // errno that the call fails with, without effect; 0: it works
+    time_ns delay_ns = 0;     // beyond its usual duration
+    bool is_on_disk = false;  // it waits as long as the disk hangs
+    bool half = false;        // write, read and send: half of the bytes
 };
 
 // Other threads run for so long; the next such question comes after so many lines.

@@ -195,16 +195,23 @@ call_fate fault_injector::at_call(const call_site &site) {
         note(fault_kind::delay,
              fmt::format("{} {} takes {} µs", site.name, site.path, fate.delay_ns / us));
     }
-    if (on_slow_disk(site)) fate.delay_ns = std::max(fate.delay_ns, hangs_until_ - of_.time.now());
+    fate.is_on_disk = is_on_disk(site);
     if (due(short_calls_)) {
         fate.half = true;
-        if (chance(fault_kind::partial).one_in(3) && may_be_interrupted(site.name))
-            fate.error = EINTR;
+        // A daemon that cannot start needs its sentence.
+        if (chance(fault_kind::partial).one_in(3) && may_be_interrupted(site.name) &&
+            std::strcmp(site.path, "stderr") != 0)
+            interrupt(site, fate);
     }
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
     return fate;
+}
+
+void fault_injector::interrupt(const call_site &site, call_fate &fate) {
+    fate.error = EINTR;
+    if (std::strcmp(site.name, "write") != 0) of_.box.interrupted_ns = of_.time.now();
 }
 
 preemption fault_injector::between_lines() {

@@ -176,6 +176,7 @@ class fault_injector : public call_faults,
     void jump_before_start();
     void die_if_due(std::int64_t &left);
     void die();
+    void interrupt(const call_site &site, call_fate &fate);
     void refuse_call(const call_site &site, call_fate &fate);
     void heal_computer();
 
@@ -188,7 +189,7 @@ class fault_injector : public call_faults,
     void replace_later(time_ns pause, const std::string &text);
     void spoil_config_path();
     void spoil_state();
-    bool on_slow_disk(const call_site &site) const;
+    bool is_on_disk(const call_site &site) const;
     void heal_files();
 
     run &of_;
@@ -211,7 +212,7 @@ class fault_injector : public call_faults,
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;
-    time_ns storm_until_ = 0, refuses_until_ = 0, hangs_until_ = 0;
+    time_ns storm_until_ = 0, refuses_until_ = 0;
     time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block

@@ -77,7 +77,7 @@ const std::vector<int> &errors_of(const char *call) {
 void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
     if (of_.time.now() < storm_until_ && stormy_call_ == site.name && of_.cycles_of_daemon > 0) {
         fate.error = stormy_error_;
-        if (fate.error == EINTR && stormy_call_ != "write") of_.box.interrupted_ns = of_.time.now();
+        if (fate.error == EINTR) interrupt(site, fate);
         return;
     }
     if (!due(refused_calls_)) return;
@@ -89,8 +89,7 @@ void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
     fate.error = drawn.one_of(errors);
     note(fault_kind::refuse,
          fmt::format("{} {}: {}", site.name, site.path, std::strerror(fate.error)));
-    if (fate.error == EINTR && std::strcmp(site.name, "write") != 0)
-        of_.box.interrupted_ns = of_.time.now();
+    if (fate.error == EINTR) interrupt(site, fate);
     if (!drawn.one_in(10)) return;
     stormy_call_ = site.name;
     stormy_error_ = fate.error;

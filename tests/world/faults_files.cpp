@@ -191,16 +191,16 @@ void fault_injector::plan_disk() {
                 // Now and then for longer than rows can wait.
                 const auto longest =
                     static_cast<time_ns>(drawn.one_in(6) ? drawn.log_between(20e9, 300e9) : 0);
-                hangs_until_ = of_.time.now() + std::max(lasts, longest);
+                files.hangs_until_ns = of_.time.now() + std::max(lasts, longest);
                 note(fault_kind::disk,
-                     fmt::format("hangs for {} ms", (hangs_until_ - of_.time.now()) / ms));
+                     fmt::format("hangs for {} ms", (files.hangs_until_ns - of_.time.now()) / ms));
             }
         }
     });
 }
 
-bool fault_injector::on_slow_disk(const call_site &site) const {
-    if (of_.time.now() >= hangs_until_) return false;
+bool fault_injector::is_on_disk(const call_site &site) const {
+    if (of_.time.now() >= of_.box.files.hangs_until_ns) return false;
     for (const char *folder : {"/etc/", "/var/", "/run/"}) {
         if (std::strncmp(site.path, folder, 5) == 0) return true;
     }
@@ -212,7 +212,7 @@ void fault_injector::heal_files() {
     file_tree &files = of_.box.files;
     files.capacity_bytes = whole_disk_bytes;
     files.read_only = false;
-    hangs_until_ = renames_fail_until_ = 0;
+    files.hangs_until_ns = renames_fail_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
     if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(of_.next_revision()));

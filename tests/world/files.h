@@ -61,6 +61,7 @@ class file_tree {
 
     std::int64_t used_bytes() const;
     std::int64_t capacity_bytes = 64 << 20;  // of all regular files: beyond it ENOSPC
+    time_ns hangs_until_ns = 0;              // calls about it wait until then
     bool read_only = false;                  // EROFS
 
     // Called with each change of a regular file's content or name, for the hash and invariants.
