@@ -28,15 +28,19 @@ std::uint16_t fake_plc::control_word() const {
     return static_cast<std::uint16_t>(word);
 }
 
-// out: what the PLC shows as the signal, in its unit: a forced value, a position, a probe's number,
-// a process value, a constant of the twin file; else 0 or the end of the range nearest to it
+// out: what the PLC shows as the signal, in its unit: a forced value, a position, its velocity, a
+// probe's number, a process value, a constant of the twin file; else 0 or the end of the range
+// nearest to it
 double fake_plc::signal_value(const shown_signal &signal) const {
     const auto forced = forced_.find(signal.name);
     if (forced != forced_.end()) return forced->second;
     if (const auto measured = probes_.shown(signal.name)) return *measured;
-    const int axis = signal.name.size() == 1 ? twin::axis_index(signal.name[0]) : -1;
+    const bool is_velocity = !signal.velocity_of.empty();
+    const std::string &position = is_velocity ? signal.velocity_of : signal.name;
+    const int axis = position.size() == 1 ? twin::axis_index(position[0]) : -1;
     if (axis >= 0 && config_.axes[static_cast<std::size_t>(axis)].present) {
-        return nc_.position_mm()[static_cast<std::size_t>(axis)];
+        const auto a = static_cast<std::size_t>(axis);
+        return is_velocity ? signal.per_s * nc_.velocity_mm_per_s()[a] : nc_.position_mm()[a];
     }
     if (const auto shown = process_.signal(signal.name)) return *shown;
     const auto constant = config_.signals.find(signal.name);

@@ -120,6 +120,11 @@ void read_plc(const section &plc, register_map &map) {
     }
 }
 
+bool is_per_minute(const std::string &unit) {
+    return unit == "mm/min" || unit == "deg/min";
+}
+
+// out: a signal of the read block; throws input_error with its place
 shown_signal read_signal(const section &entry, const register_block &block) {
     shown_signal signal;
     signal.name = entry.text("name");
@@ -127,6 +132,7 @@ shown_signal read_signal(const section &entry, const register_block &block) {
     signal.address = address_in(entry, "plc", block, signal.format.registers);
     signal.scale = scale_of(entry);
     signal.zero = entry.number_or("zero", 0.0);
+    if (entry.has("unit") && is_per_minute(entry.text("unit"))) signal.per_s = 60.0;
     if (entry.has("min")) signal.min = entry.number("min");
     if (entry.has("max")) signal.max = entry.number("max");
     if (signal.min && signal.max && !(*signal.min < *signal.max)) {
@@ -223,6 +229,16 @@ void each(const json &root, const char *key, const std::string &file, visitor vi
     }
 }
 
+// Of a position the key names another signal of the PLC.
+void find_velocities(const json &root, const std::string &file, register_map &map) {
+    each(root, "signals", file, [&](const section &entry) {
+        if (!entry.has("velocity")) return;
+        for (auto &signal : map.signals) {
+            if (signal.name == entry.text("velocity")) signal.velocity_of = entry.text("name");
+        }
+    });
+}
+
 }  // namespace
 
 const shown_signal *register_map::signal(const std::string &name) const {
@@ -244,6 +260,7 @@ register_map register_map_of(const json &root, const std::string &file) {
     each(root, "channels", file,
          [&](const section &entry) { map.channels.push_back(read_channel(entry, map)); });
     find_probes(root, map);
+    find_velocities(root, file, map);
     return map;
 }
 

@@ -27,6 +27,8 @@ struct shown_signal {
     number_format format;
     double scale = 1.0, zero = 0.0;
     std::optional<double> min, max;  // plausible range, if the file has one
+    std::string velocity_of = {};    // the position whose velocity it is …
+    double per_s = 1.0;              // … in its unit, of 1 mm/s
 };
 
 // The slope and the reference position beside a value, for the temperature compensation of the

@@ -126,6 +126,8 @@ void nc_motion::step() {
     feed_mm_per_s_ = std::hypot(position_mm_[0] - before_mm[0], position_mm_[1] - before_mm[1],
                                 position_mm_[2] - before_mm[2]) /
                      cycle_s_;
+    for (std::size_t a = 0; a < 3; ++a)
+        velocity_mm_per_s_[a] = (position_mm_[a] - before_mm[a]) / cycle_s_;
     take_over_compensation();
 }
 

@@ -57,6 +57,8 @@ class nc_motion {
     bool moving() const { return busy_ || !waiting_.empty(); }
     // The control's displayed position, without the compensation.
     const xyz &position_mm() const { return position_mm_; }
+    // Of each axis, in the last cycle.
+    const xyz &velocity_mm_per_s() const { return velocity_mm_per_s_; }
     // Compensation applied to the axes so far, in µm of the register; the PLC can return it.
     xyz entered_um() const;
     // The resulting displacement of the tool: entered_um times the control's sign.
@@ -81,7 +83,7 @@ class nc_motion {
     double spindle_rpm_ = 0.0, depth_mm_ = 0.0;
     double feed_mm_per_s_ = 0.0;  // along the path, in the last cycle
     long long cycles_ = 0, step_start_cycle_ = 0;
-    xyz position_mm_;
+    xyz position_mm_, velocity_mm_per_s_ = {};
     xyz asked_um_ = {}, difference_um_ = {};
     std::array<std::array<double, 2>, 3> entered_um_ = {};  // by axis and drive
     xyz slope_ = {}, reference_mm_ = {};

@@ -81,6 +81,32 @@ TEST(Plc, ShowsSignalsInTheirScaleAndZero) {
     EXPECT_FALSE(r.plc.release_signal("X"));
 }
 
+TEST(Plc, ShowsTheVelocityOfAPosition) {
+    for (const char *unit : {"mm/s", "mm/min"}) {
+        json root = {{"plc",
+                      {{"read", {{"start", 0}, {"count", 8}}},
+                       {"write", {{"start", 10}, {"count", 6}}},
+                       {"control", 0},
+                       {"plc_heartbeat", 1},
+                       {"status", 10},
+                       {"box_heartbeat", 11}}}};
+        root["signals"] = {{{"name", "v"}, {"unit", unit}, {"plc", 4}, {"type", "int32"}},
+                           {{"name", "X"}, {"plc", 2}, {"type", "int32"}, {"velocity", "v"}}};
+        rig r(small_machine(), register_map_of(root, "map.json"));
+        const double per_s = std::string(unit) == "mm/s" ? 1 : 60;
+        twin::twin_step step;
+        step.feed_mm_per_s = 100;
+        for (const double target_mm : {500.0, 100.0}) {
+            step.target_mm[0] = target_mm;
+            r.plc.move(step);
+            r.run_ms(1000);
+            EXPECT_EQ(r.int32_at(4), (target_mm == 500 ? 100 : -100) * per_s);
+            r.run_ms(10000);
+            EXPECT_EQ(r.int32_at(4), 0);
+        }
+    }
+}
+
 TEST(Plc, HeartbeatCountsScansWithFreshPositionsOnly) {
     rig r;
     r.run_ms(799);  // scans at 0, 8 … 792
