@@ -142,6 +142,7 @@ class fault_injector : public call_faults,
     void plan_sensors();
     void plan_long_silence();
     void lose_position();
+    void lose_velocity(const fakeplc::shown_signal &signal);
     void lie_about(const fakeplc::shown_signal &signal);
     void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
     void lie_about_applied(dice &drawn);

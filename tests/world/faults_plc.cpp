@@ -414,6 +414,9 @@ void fault_injector::plan_sensors() {
     });
     plan_long_silence();
     repeat(fault_kind::sensors, 4 * second, [this] { lose_position(); });
+    for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals)
+        if (!signal.velocity_of.empty())
+            repeat(fault_kind::sensors, 4 * second, [this, &signal] { lose_velocity(signal); });
     if (!of_.box_machine.map.handshake) return;
     repeat(fault_kind::sensors, 15 * second, [this] {
         const auto lasts =
@@ -441,6 +444,18 @@ void fault_injector::lose_position() {
     const time_ns lasts = drawn.time_between(4 * period_ns, most_ns);
     note(fault_kind::sensors, fmt::format("{} has no value for {} ms", lost.name, lasts / ms));
     lie_on(lost, out_of_range, lost.max.value_or(1e4) + 10, of_.time.now() + lasts);
+}
+
+// A velocity has no valid value while axes move, about as long as it is used.
+void fault_injector::lose_velocity(const fakeplc::shown_signal &signal) {
+    const signal_facts *facts = of_.running().signal(signal.name);
+    of_.plc.catch_up();
+    if (facts == nullptr || !of_.plc.control.moving()) return;
+    dice &drawn = chance(fault_kind::sensors);
+    const auto lasts = static_cast<time_ns>(static_cast<double>(facts->max_age_us * us) *
+                                            drawn.log_between(0.5, 5));
+    note(fault_kind::sensors, fmt::format("{} has no value for {} ms", signal.name, lasts / ms));
+    lie_on(signal, out_of_range, signal.max.value_or(1e6) + 10, of_.time.now() + lasts);
 }
 
 // Beyond 31 bits of µs, where the run is that long: a signal whose rate is limited is broken, and

@@ -144,6 +144,11 @@ struct draft {
                         {"counters", write_counters}};
     }
 
+    void widen_block(const char *name, int next) {
+        json &block = root["plc"][name];
+        block["count"] = next - block["start"].get<int>() + 1;
+    }
+
     int next_read(int registers) { return std::exchange(read_next, read_next + registers); }
     int next_write(int registers) { return std::exchange(write_next, write_next + registers); }
 
@@ -482,11 +487,8 @@ struct draft {
                                  {"min_interval_s", own.one_in(2) ? 0.0 : own.between(0, 60)}});
         sum[term] = "adapted";
         root["plc"]["request"] = next_write(1);
-        for (const char *block : {"read", "write"}) {
-            const int first = root["plc"][block]["start"];
-            const int next = block[0] == 'r' ? read_next : write_next;
-            root["plc"][block]["count"] = next - first + 1;
-        }
+        widen_block("read", read_next);
+        widen_block("write", write_next);
     }
 
     // Likewise: networks whose training range is a part of the travel, so that both inputs are
@@ -600,6 +602,37 @@ struct draft {
             if (any && own.one_in(2)) change(entry["type"]);
     }
 
+    // Likewise: the PLC gives the velocities of some axes, which the box uses for its lead.
+    void draw_velocities() {
+        dice own(made.twin.seed, "velocities");
+        if (!own.one_in(4)) return;
+        const bool any = is("generic");
+        static const std::vector<std::string> types = {"int32", "float32", "int32cdab",
+                                                       "float32le"};
+        for (std::size_t a = 0; a < 3; ++a) {
+            const bool per_minute = own.one_in(2), lasts = own.one_in(3);
+            const std::string type = types[own.below(any ? 4 : 2)];
+            const double periods = own.log_between(1, 40);
+            if (own.one_in(3)) continue;
+            const double most =
+                rounded(1.1 * made.twin.axes[a].max_velocity_mm_per_s * (per_minute ? 60 : 1));
+            json signal = {{"name", "v" + axis_signals()[a]},
+                           {"unit", per_minute ? "mm/min" : "mm/s"},
+                           {"plc", next_read(2)},
+                           {"type", type},
+                           {"min", -most},
+                           {"max", most}};
+            if (type[0] == 'i') signal["scale"] = 0.001;
+            if (lasts)
+                signal["max_age_ms"] =
+                    std::llround(1 + 1e-3 * static_cast<double>(made.period_us) * periods);
+            root["signals"].push_back(signal);
+            for (auto &position : root["signals"])
+                if (position["name"] == axis_signals()[a]) position["velocity"] = signal["name"];
+        }
+        widen_block("read", read_next);
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -636,6 +669,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_polynomials();
     file.draw_volumetric();
     file.draw_orders();
+    file.draw_velocities();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");

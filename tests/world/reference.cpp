@@ -174,6 +174,12 @@ void reference_box::take_signals(const json &root) {
     }
     for (std::size_t i = 0; i < signals_.size(); ++i) {
         const json &entry = root.at("signals")[i];
+        if (entry.contains("velocity")) {
+            const std::size_t place = place_of(entry.at("velocity"));
+            const std::string unit = root.at("signals")[place].at("unit");
+            signals_[i].reported = place;
+            signals_[i].per_s = unit.find("/min") != std::string::npos ? 60 : 1;
+        }
         if (!entry.contains("lag_of")) continue;
         lags_.push_back(
             {place_of(entry.at("lag_of")), i, entry.at("tau_s"), entry.value("power", 1u)});
@@ -519,6 +525,18 @@ void reference_box::follow() {
 
 // ---- what the channels want
 
+// The PLC's velocity, as long as it is not too old; else that of the readings.
+judged_number reference_box::velocity_of(const signal &of, time_ns now) const {
+    const judged_number computed = {of.velocity, of.velocity_near};
+    if (!of.reported) return computed;
+    const signal &by = signals_[*of.reported];
+    if (!by.known || now - by.at_ns > by.max_age_ns + ms) return computed;
+    const judged_number given = {by.value / of.per_s, by.doubt / of.per_s};
+    // The box looks within its exchange.
+    if (now - by.other_ns <= by.max_age_ns - 17 * period_ns_ / 20) return given;
+    return {given.value, given.near + computed.near + std::fabs(given.value - computed.value)};
+}
+
 void reference_box::look(time_ns now) {
     used_.clear();
     unsure_.clear();
@@ -529,12 +547,12 @@ void reference_box::look(time_ns now) {
         double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value)) + one.doubt;
         // The box looks ahead of readings of up to three periods.
         if (one.leads && 2 * (now - one.at_ns) <= 7 * period_ns_) {
-            value = std::clamp(value + one.velocity * lead_s_, one.min, one.max);
-            if (8 * (now - one.other_ns) > 17 * period_ns_)
-                near += std::fabs(one.velocity) * lead_s_;
-            near +=
-                std::fabs(one.velocity) * lead_unsure_s_ + 0.01 * std::fabs(one.velocity) * lead_s_;
-            near += one.velocity_near * (lead_s_ + lead_unsure_s_);
+            const judged_number velocity = velocity_of(one, now);
+            const double speed = std::fabs(velocity.value);
+            value = std::clamp(value + velocity.value * lead_s_, one.min, one.max);
+            if (8 * (now - one.other_ns) > 17 * period_ns_) near += speed * lead_s_;
+            near += speed * lead_unsure_s_ + 0.01 * speed * lead_s_;
+            near += velocity.near * (lead_s_ + lead_unsure_s_);
         }
         if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
         // A sample waits for the next step of the box.

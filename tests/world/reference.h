@@ -84,6 +84,9 @@ class reference_box {
         double value = 0, before = 0;
         time_ns at_ns = 0;
         double velocity = 0, velocity_near = 0;  // as the box filters it, and how far it may be off
+        // Of a position whose velocity the PLC gives: its place, and what 1/s of the position is.
+        std::optional<std::size_t> reported;
+        double per_s = 1;
         // At the edge of what it takes the box may have kept the value before: so far from this
         // one, and as old.
         double doubt = 0, other = 0;
@@ -126,6 +129,7 @@ class reference_box {
     template <typename State>
     void adopt(reference_box &fresh, State &one, const State &was) const;
     void follow();
+    judged_number velocity_of(const signal &of, time_ns now) const;
     double sum_of(std::size_t channel, const values &at) const;
     judged_number judged_sum(const std::vector<function> &outputs) const;
 
