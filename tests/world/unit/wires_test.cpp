@@ -24,7 +24,7 @@ TEST(wires, a_request_on_a_line_is_answered_after_the_time_of_its_bytes) {
     box_on_a_desk of;
     serial_line line(of.box, "/dev/ttyS7", 1);
     rtu_slaves slaves(line, of.time, [](int unit, const fakeplc::byte_string &request, time_ns) {
-        return unit == 9 ? fakeplc::unit_reply{{request[0], 2, 0, 7}, 0} : fakeplc::unit_reply{};
+        return unit == 9 ? rtu_slaves::reply{{request[0], 2, 0, 7}} : rtu_slaves::reply{};
     });
     std::shared_ptr<open_file> file;
     ASSERT_EQ(of.box.files.open("/dev/ttyS7", O_RDWR, &file), 0);
