@@ -141,6 +141,8 @@ class fault_injector : public call_faults,
     void plan_foreign();
     void plan_sensors();
     void plan_long_silence();
+    void disturb_redundant();
+    void be_off(const std::string &sensor, double off, time_ns pause);
     void lose_position();
     void lose_velocity(const fakeplc::shown_signal &signal);
     void lie_about(const fakeplc::shown_signal &signal);

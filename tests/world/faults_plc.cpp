@@ -417,6 +417,8 @@ void fault_injector::plan_sensors() {
     for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals)
         if (!signal.velocity_of.empty())
             repeat(fault_kind::sensors, 4 * second, [this, &signal] { lose_velocity(signal); });
+    if (!of_.box_machine.redundant.empty())
+        repeat(fault_kind::sensors, 12 * second, [this] { disturb_redundant(); });
     if (!of_.box_machine.map.handshake) return;
     repeat(fault_kind::sensors, 15 * second, [this] {
         const auto lasts =
@@ -424,6 +426,33 @@ void fault_injector::plan_sensors() {
         note(fault_kind::sensors, fmt::format("the NC is in alarm for {} ms", lasts / ms));
         of_.plc.nc_alarm = true;
         later(lasts, [this] { of_.plc.nc_alarm = false; });
+    });
+}
+
+// Sensors that check each other are off, at once or more and more, and then less or right again.
+void fault_injector::disturb_redundant() {
+    constexpr int steps = 8;
+    dice &drawn = chance(fault_kind::sensors);
+    const auto lasts = static_cast<time_ns>(drawn.log_between(300e6, 20e9));
+    for (int more = drawn.one_in(4) ? 2 : 1; more > 0; --more) {
+        const auto &sensor = drawn.one_of(of_.box_machine.redundant);
+        const double off =
+            sensor.contradicts * drawn.log_between(0.3, 10) * (drawn.one_in(2) ? -1 : 1);
+        const bool drifts = drawn.one_in(3), stays = drawn.one_in(3);
+        note(fault_kind::sensors, fmt::format("{} {} off by {:.3g} K for {} ms", sensor.name,
+                                              drifts ? "drifts" : "is", off, lasts / ms));
+        for (int step = drifts ? 1 : steps; step <= steps; ++step)
+            be_off(sensor.name, off * step / steps, drifts ? lasts * (step - 1) / steps : 0);
+        be_off(sensor.name, stays ? std::copysign(0.75 * sensor.contradicts, off) : 0, lasts);
+    }
+}
+
+void fault_injector::be_off(const std::string &sensor, double off, time_ns pause) {
+    later(pause, [this, sensor, off] {
+        if (!active_) return;
+        of_.plc.catch_up();
+        of_.plc.sensor_off[sensor] = off;
+        of_.plc.show_redundant();
     });
 }
 
@@ -480,6 +509,11 @@ void fault_injector::plan_long_silence() {
 void fault_injector::lie_about(const fakeplc::shown_signal &signal) {
     if (signal.name == silent_) return;
     dice &drawn = chance(fault_kind::sensors);
+    const auto &redundant = of_.box_machine.redundant;
+    const bool checked =
+        std::any_of(redundant.begin(), redundant.end(),
+                    [&signal](const auto &one) { return one.name == signal.name; });
+    if (checked && !drawn.one_in(8)) return;  // disturb_redundant() does more
     const auto way = static_cast<lie_way>(drawn.below(lie_ways));
     const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
     const auto now =

@@ -633,6 +633,69 @@ struct draft {
         widen_block("read", read_next);
     }
 
+    // Likewise: thermometers of one place that check each other, and terms that use each of them.
+    // They have a common temperature and an error of their own, and the section has the precision
+    // of both.
+    void draw_redundant() {
+        dice own(made.twin.seed, "checks");
+        if (!own.one_in(3)) return;
+        constexpr double common = 3;
+        const double threshold = rounded(own.between(6, 12)),
+                     after_s = 0.5 * static_cast<double>(2 + own.below(5));
+        json names, centers, precision;
+        std::vector<double> weights;  // 1 / variance
+        double sum = 1 / (common * common);
+        for (std::uint64_t i = 0, count = 3 + own.below(5); i < count; ++i) {
+            const bool real = own.one_in(3);
+            json signal = {{"name", fmt::format("R{}", i + 1)},
+                           {"unit", "degC"},
+                           {"plc", next_read(real ? 2 : 1)},
+                           {"type", real ? "float32" : "int16"},
+                           {"min", -10},
+                           {"max", 90}};
+            if (!real) signal["scale"] = 0.01;
+            if (own.one_in(3)) signal["max_age_ms"] = 500 + own.below(3000);
+            root["signals"].push_back(signal);
+            names.push_back(signal["name"]);
+            centers.push_back(rounded(own.between(18, 26)));
+            weights.push_back(1 / std::pow(own.between(0.12, 0.2), 2));
+            sum += weights.back();
+        }
+        for (std::size_t j = 0; j < weights.size(); ++j) {
+            std::vector<double> row;
+            for (std::size_t k = 0; k < weights.size(); ++k)
+                row.push_back((j == k ? weights[j] : 0) - weights[j] * weights[k] / sum);
+            made.redundant.push_back({names[j], centers[j], threshold / std::sqrt(row[j])});
+            precision.push_back(row);
+        }
+        root["sensors"] = {{"signals", names},
+                           {"center", centers},
+                           {"precision", precision},
+                           {"threshold", threshold},
+                           {"after_s", after_s}};
+        root["signals"].push_back({{"name", "R1_lag"},
+                                   {"unit", "degC"},
+                                   {"lag_of", "R1"},
+                                   {"tau_s", rounded(own.log_between(5, 300))}});
+        for (std::size_t first = 0; first < 2; ++first) {
+            json term = {{"name", first == 0 ? "redundant" : "redundant_too"}, {"type", "linear"}};
+            double constant = 0;
+            for (std::size_t j = first; j < weights.size(); j += 2) {
+                term["inputs"].push_back(j == 0 ? json("R1_lag") : names[j]);
+                term["weights"].push_back(rounded(own.between(0.2, 1) * (own.one_in(2) ? -1 : 1)));
+                constant -= term["weights"].back().get<double>() * centers[j].get<double>();
+            }
+            term["constant"] = rounded(constant);
+            root["terms"].push_back(term);
+            for (auto &entry : root["channels"]) {
+                const std::string name = entry["name"];
+                if (name == "X" || (name == "Z" && own.one_in(2)))
+                    entry["sum"].push_back(term["name"]);
+            }
+        }
+        widen_block("read", read_next);
+    }
+
     // The PLC's own limits never act where the box keeps its own.
     void draw_control() {
         made.twin.machine = "world";
@@ -670,6 +733,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_volumetric();
     file.draw_orders();
     file.draw_velocities();
+    file.draw_redundant();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");

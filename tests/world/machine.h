@@ -57,6 +57,12 @@ struct machine {
     std::vector<can_node> nodes;
     std::vector<std::string> temperatures;  // signals of the PLC that wander …
     std::vector<std::string> rated;         // … and those of them with max_rate_per_s
+    // Sensors that check each other, of the PLC.
+    struct redundant_sensor {
+        std::string name;
+        double center, contradicts;  // its usual value; so far from the others it contradicts them
+    };
+    std::vector<redundant_sensor> redundant;
 };
 
 // out: two writes that were sent at once may have outputs of steps so far apart. A write follows

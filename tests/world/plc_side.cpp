@@ -23,6 +23,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       acknowledges_(dice(seed, "acknowledges").one_in(2)),
       jams_(dice(seed, "jams").one_in(3)),
       temperatures_(of.twin.signals),
+      warmth_(seed, "warmth"),
       prober_(seed, "prober") {
     control.leave_truth_out();
     control.set_permit(permits_resume);
@@ -109,10 +110,19 @@ void plc_side::move_axes() {
             std::clamp(temperature.second + chance_.between(-0.05, 0.05), 5.0, 45.0);
         control.force_signal(temperature.first, temperature.second);
     }
+    if (warmth_.one_in(20)) warms_by_ = warmth_.one_in(2) ? 0 : warmth_.between(-0.1, 0.1);
+    warm_ = std::clamp(warm_ + warms_by_, -8.0, 15.0);
+    show_redundant();
     probe();
     permit_by_enable();
     acknowledge_fault();
     net_.box.time.at(net_.box.time.now() + operator_period, [this] { move_axes(); });
+}
+
+void plc_side::show_redundant() {
+    for (const auto &sensor : machine_.redundant)
+        control.force_signal(sensor.name, sensor.center + warm_ + sensor_off[sensor.name] +
+                                              warmth_.between(-0.03, 0.03));
 }
 
 bool plc_side::accepted(const connection_ptr &from) {
@@ -165,6 +175,7 @@ void plc_side::put_right() {
     shown_.clear();
     unreferenced = 0;
     nc_alarm = false;
+    sensor_off.clear();
     foreign_clients = 0;
     control.freeze_nc(false);
     catch_up();

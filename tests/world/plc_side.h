@@ -58,7 +58,10 @@ class plc_side : public tcp_peer {
     int foreign_clients = 0;             // that hold connections
     std::uint16_t heartbeat_offset = 0;  // to the counter of fakeplc
     std::uint16_t unreferenced = 0;      // bits of the control register that readings show as 0
-    bool nc_alarm = false;               // readings show an alarm of the NC, with enable on
+    // Sensors that check each other: how far each is off. They show it from show_redundant() on.
+    std::map<std::string, double> sensor_off;
+    void show_redundant();
+    bool nc_alarm = false;  // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
     time_ns foreign_write_ns = -never;  // when another client wrote last
@@ -128,6 +131,8 @@ class plc_side : public tcp_peer {
     time_ns jammed_ns_ = 0;  // the key of reset, until then
     std::map<int, std::vector<std::uint16_t>> shown_;
     std::map<std::string, double> temperatures_;
+    dice warmth_;
+    double warm_ = 0, warms_by_ = 0;  // what sensors that check each other have in common
     dice prober_;
     std::uint64_t probing_ = 0;  // what the prober does now
     double probed_um_ = 0;

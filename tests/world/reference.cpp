@@ -172,7 +172,15 @@ void reference_box::take_signals(const json &root) {
         made.max_age_ns = static_cast<time_ns>(1e6 * entry.value("max_age_ms", age_ms));
         signals_.push_back(made);
     }
+    if (root.contains("sensors")) {
+        watch_.emplace(root.at("sensors"), period_ns_);
+        for (std::size_t j = 0; j < watch_->names().size(); ++j)
+            signals_[place_of(watch_->names()[j])].watched = j;
+    }
     for (std::size_t i = 0; i < signals_.size(); ++i) {
+        signals_[i].source = i;
+        while (root.at("signals")[signals_[i].source].contains("lag_of"))
+            signals_[i].source = place_of(root.at("signals")[signals_[i].source].at("lag_of"));
         const json &entry = root.at("signals")[i];
         if (entry.contains("velocity")) {
             const std::size_t place = place_of(entry.at("velocity"));
@@ -363,6 +371,7 @@ void reference_box::take(const machine &of) {
     std::swap(hidden_near_, fresh.hidden_near_);
     std::swap(outputs_, fresh.outputs_);
     std::swap(sums_, fresh.sums_);
+    if (watch_) watch_->begin();
 }
 
 // The same lag or direction goes on in its new place.
@@ -380,6 +389,7 @@ void reference_box::adopt(reference_box &fresh, State &one, const State &was) co
 void reference_box::start(bool has_state) {
     knows_ = true;
     has_state_ = has_state;
+    if (watch_) watch_->begin();
     for (auto &one : signals_) {
         one.known = false;
         one.velocity = one.velocity_near = one.doubt = 0;
@@ -467,7 +477,23 @@ void reference_box::read(const machine &of, const exchange &seen, time_ns sent) 
     for (const fakeplc::shown_signal &shown : of.map.signals)
         accept(signals_[place_of(shown.name)], signal_in(of, shown, seen), sent);
     before_ns_ = sent;
+    watch_sensors(sent);
     follow();
+}
+
+void reference_box::watch_sensors(time_ns now) {
+    if (!watch_) return;
+    std::vector<sensor_watch::reading> readings;
+    for (const std::string &name : watch_->names()) {
+        const signal &one = signals_[place_of(name)];
+        // The box looks within its exchange.
+        const bool fresh = one.known && now - one.other_ns <= one.max_age_ns - 17 * period_ns_ / 20;
+        const bool stale = !one.known || now - one.at_ns > one.max_age_ns + ms;
+        readings.push_back({one.known ? one.value : unknown,
+                            one.doubt + 2 * float_eps * std::fabs(one.max), fresh, stale, one.min,
+                            one.max});
+    }
+    watch_->look(now, readings);
 }
 
 void reference_box::sample(const std::string &name, double value, time_ns at) {
@@ -542,7 +568,9 @@ void reference_box::look(time_ns now) {
     unsure_.clear();
     for (const signal &one : signals_) {
         // The box looks within its exchange, four fifths of a period behind the request.
-        const bool old = !one.known || now - one.other_ns > one.max_age_ns - 17 * period_ns_ / 20;
+        const std::optional<std::size_t> watched = signals_[one.source].watched;
+        const bool old = (watched && !watch_->trusts(*watched)) || !one.known ||
+                         now - one.other_ns > one.max_age_ns - 17 * period_ns_ / 20;
         double value = old ? unknown : one.value;
         double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value)) + one.doubt;
         // The box looks ahead of readings of up to three periods.

@@ -18,6 +18,7 @@
 
 #include "tests/world/machine.h"
 #include "tests/world/scheduler.h"
+#include "tests/world/sensor_watch.h"
 
 namespace compbox::world {
 
@@ -70,6 +71,8 @@ class reference_box {
     judged_number judged(const std::vector<std::string> &outputs) const;
     // out: the value of a reading at that time, if the box accepts it for sure
     std::optional<double> newest(const std::string &signal, time_ns at) const;
+    // out: the sensors that check each other; nullptr: the file has none
+    const sensor_watch *watch() const { return watch_ ? &*watch_ : nullptr; }
 
   private:
     using values = std::vector<double>;  // of signals, then of hidden_
@@ -79,6 +82,8 @@ class reference_box {
         double min = 0, max = 0, rate_per_s = 0, unit = 0;
         time_ns max_age_ns = 0;
         bool from_plc = false, leads = false;
+        std::size_t source = 0;                // of a lag the signal behind it, else itself
+        std::optional<std::size_t> watched{};  // its place among the sensors that check each other
         // of the newest value that the box accepts
         bool known = false;
         double value = 0, before = 0;
@@ -128,12 +133,14 @@ class reference_box {
     static verdict judge_rate(const signal &of, double change, time_ns apart_ns);
     template <typename State>
     void adopt(reference_box &fresh, State &one, const State &was) const;
+    void watch_sensors(time_ns now);
     void follow();
     judged_number velocity_of(const signal &of, time_ns now) const;
     double sum_of(std::size_t channel, const values &at) const;
     judged_number judged_sum(const std::vector<function> &outputs) const;
 
     std::vector<signal> signals_;
+    std::optional<sensor_watch> watch_;
     std::vector<lag> lags_;
     std::vector<play> plays_;
     std::vector<double> hidden_;       // lags of banks, directions

@@ -249,6 +249,13 @@ const wrong_arithmetic arithmetic[] = {
              config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
      }),
      "none", "probes"},
+    {"a_velocity_of_another_unit",
+     to_signals([](cb_signal_config &one) { one.velocity_scale *= 60; })},
+    {"a_doubt_after_twice_its_time",
+     to_config([](cb_config &config) { config.sensors.after_us *= 2; }), "sensors", "doubts"},
+    {"a_doubt_within_the_threshold",
+     to_config([](cb_config &config) { config.sensors.threshold_square /= 9; }), "sensors",
+     "doubts"},
 };
 
 void PrintTo(const wrong_arithmetic &of, std::ostream *out) {

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: MIT
+// Sensors that check each other (docs/coefficient-file.md, "sensors"): one that contradicts the
+// others for long enough is doubted, not before, and trusted again when it has agreed for ten times
+// as long. Judged by status, detail and counter, where the box gets each reading that the PLC gave.
+#include <fmt/core.h>
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/reference.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+class doubts_invariant : public invariant {
+  public:
+    explicit doubts_invariant(run &of) : invariant(of, "doubts") {
+        if (hides_exchanges(of) || of.box_machine.redundant.empty()) return;
+        box_.emplace(of.box_machine);
+        const auto root = nlohmann::json::parse(of.box_machine.text);
+        for (const auto &signal : root.at("signals")) signals_.push_back(signal.at("name"));
+    }
+    void started() override {
+        if (!box_) return;
+        box_->start(false);
+        reads_ = adopts_ = false;
+    }
+    void taken(const machine &, const machine &is) override {
+        if (!box_) return;
+        box_->take(is);
+        adopts_ = true;
+    }
+    void exchanged(const exchange &seen) override {
+        if (!box_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen));
+        if (!is_reading(facts, seen)) return;
+        reads_ = seen.duration != never && seen.exception == 0 && head_of(facts, seen).whole;
+        if (reads_) box_->read(facts, seen, seen.sent);
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!box_ || path != run::stats_path || !reads_ || adopts_) return;
+        const auto counted = counted_in(file.bytes);
+        if (counted && box_->watch()->knows_doubts() && *counted > box_->watch()->most_doubts())
+            violated(fmt::format("sensors_doubted is {}, {} doubts were possible", *counted,
+                                 box_->watch()->most_doubts()));
+    }
+    void ended(const ending &how) override {
+        if (!box_ || how.by_signal || how.code != 0 || adopts_) return;
+        const auto counted = counted_in(of_.box.files.text(run::stats_path));
+        if (counted && box_->watch()->knows_doubts() && *counted < box_->watch()->least_doubts())
+            violated(fmt::format("sensors_doubted is {}, there were {} doubts", *counted,
+                                 box_->watch()->least_doubts()));
+    }
+
+  private:
+    static constexpr unsigned doubted = 11;  // the cause of docs/faults.md
+
+    static std::optional<std::uint64_t> counted_in(const std::string &text) {
+        const auto all = nlohmann::json::parse(text, nullptr, false);
+        if (!all.is_object() || !all.contains("box")) return std::nullopt;
+        return all.at("box").value("sensors_doubted", std::uint64_t{0});
+    }
+    void judge(const machine &facts, const written_block &block) {
+        using namespace box_reason;
+        if (block.mode != fakeplc::box_mode::active) return;
+        const sensor_watch &watch = *box_->watch();
+        const bool passes = block.reason == none || block.reason == limited ||
+                            block.reason == extrapolated || block.reason == drifted;
+        const bool names = block.reason == degraded && facts.map.detail;
+        const std::string named = names && block.detail >> 8 == doubted ? signal_of(block) : "";
+        if (names && named.empty() && block.detail >> 8 == doubted)
+            violated(fmt::format("the detail is {:#x}, no signal has this place", block.detail));
+        bool known = named.empty();
+        for (std::size_t j = 0; j < watch.names().size(); ++j) {
+            known = known || watch.names()[j] == named;
+            if (watch.doubts(j) && passes)
+                violated(fmt::format("{} contradicts the others, and the box uses it",
+                                     watch.names()[j]));
+            if (watch.doubts(j) && names && named.empty())
+                violated(fmt::format("{} contradicts the others, and the detail is {:#x}",
+                                     watch.names()[j], block.detail));
+            if (watch.trusts(j) && named == watch.names()[j])
+                violated(fmt::format("{} is doubted too early, or agrees with the others", named));
+        }
+        if (!known) violated(fmt::format("{} is doubted, and no sensor checks it", named));
+    }
+    std::string signal_of(const written_block &block) const {
+        const unsigned place = block.detail & 0xFFu;
+        return place >= 1 && place <= signals_.size() ? signals_[place - 1] : "";
+    }
+
+    std::optional<reference_box> box_;
+    std::vector<std::string> signals_;  // in the order of the file
+    bool reads_ = false;                // the newest reading came whole
+    bool adopts_ = false;               // another file: the counter goes on, the doubts do not
+};
+
+}  // namespace
+
+void add_doubts(run &of, invariants &all) {
+    all.push_back(std::make_unique<doubts_invariant>(of));
+}
+
+}  // namespace compbox::world
