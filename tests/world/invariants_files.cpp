@@ -575,7 +575,8 @@ class link_invariant : public invariant {
 class reports_invariant : public invariant {
   public:
     explicit reports_invariant(run &of)
-        : invariant(of, "reports"), judged_(!draws(of, fault_kind::reader)) {}
+        : invariant(of, "reports"),
+          judged_(!draws_any(of, {fault_kind::reader, fault_kind::refuse})) {}
     void started() override {
         failing_.clear();
         lines_ = lines();

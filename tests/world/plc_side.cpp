@@ -127,7 +127,7 @@ void plc_side::show_redundant() {
 
 bool plc_side::accepted(const connection_ptr &from) {
     const int most = machine_.profile.max_clients - foreign_clients;
-    if (static_cast<int>(clients_.size()) >= most) drop_idle_clients();
+    if (static_cast<int>(clients_.size()) >= most) drop_idle_clients(longest_idle);
     if (static_cast<int>(clients_.size()) >= most) return false;
     from->number = ++connections_made_;
     clients_[from->number] = {from, {}, net_.box.time.now()};
@@ -135,10 +135,10 @@ bool plc_side::accepted(const connection_ptr &from) {
 }
 
 // As keep-alives do: a box without power never closes its connections.
-void plc_side::drop_idle_clients() {
+void plc_side::drop_idle_clients(time_ns longest) {
     const auto all = clients_;
     for (const auto &entry : all) {
-        if (net_.box.time.now() - entry.second.heard_ns > longest_idle) entry.second.link->reset();
+        if (net_.box.time.now() - entry.second.heard_ns > longest) entry.second.link->reset();
     }
 }
 
@@ -172,6 +172,7 @@ void plc_side::show(int address, const std::vector<std::uint16_t> &words) {
 
 void plc_side::put_right() {
     put_right_ = true;
+    drop_idle_clients(2 * second);  // a connection that stalled holds its place
     shown_.clear();
     unreferenced = 0;
     nc_alarm = false;

@@ -110,7 +110,7 @@ class plc_side : public tcp_peer {
     void permit_by_enable();
     void acknowledge_fault();
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
-    void drop_idle_clients();
+    void drop_idle_clients(time_ns longest);
 
     const machine &machine_;
     network &net_;

@@ -357,7 +357,13 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
 
 void reference_box::take(const machine &of) {
     reference_box fresh(of);
-    for (signal &one : fresh.signals_) one = signals_[place_of(one.name)];
+    for (signal &one : fresh.signals_) {
+        const auto source = one.source;
+        const auto reported = one.reported;
+        one = signals_[place_of(one.name)];
+        one.source = source;
+        one.reported = reported;
+    }
     for (lag &one : fresh.lags_)
         for (const lag &was : lags_)
             if (was.key == one.key) adopt(fresh, one, was);
