@@ -60,10 +60,12 @@ std::optional<double> volumetric_at(const json &root, const json &term, const st
         const auto found = values.find(axis);
         return found == values.end() ? std::nan("") : found->second;
     };
-    const auto error = [&](const std::string &name) {
-        return value_of(root, name, values).value_or(std::nan(""));
-    };
-    const double um = volumetric_um(term, output[1], {value("X"), value("Y"), value("Z")}, error);
+    const volumetric made(term);
+    numbers errors;
+    for (const volumetric::part &one : made.parts)
+        errors.push_back(value_of(root, one.error, values).value_or(std::nan("")));
+    const double um =
+        made.um(std::string("XYZ").find(output[1]), {value("X"), value("Y"), value("Z")}, errors);
     if (std::isnan(um)) return std::nullopt;
     return um;
 }
@@ -79,7 +81,7 @@ std::optional<double> value_of_term(const json &root, const json &term,
     if (type == "bspline")
         return bspline_at(term.at("knots"), term.at("degree"), term.at("control_points"),
                           x->second);
-    if (type == "polynomial") return polynomial_at(term, x->second);
+    if (type == "polynomial") return polynomial(term).at(x->second);
     if (type != "product") return std::nullopt;
     const auto slope = value_of(root, term.at("term"), values);
     if (!slope) return std::nullopt;

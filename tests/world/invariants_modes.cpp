@@ -103,6 +103,7 @@ class essential_invariant : public invariant {
     }
     void judge(const machine &facts, const exchange &seen) {
         for (const auto &[essential, good_ns] : good_ns_) {
+            if (seen.sent - good_ns <= 2 * facts.period_us * us) continue;
             const signal_facts *signal = facts.signal(essential);
             if (signal == nullptr || !signal->essential) continue;
             const time_ns most = signal->max_age_us * us + 2 * facts.period_us * us + lag_ns_;

@@ -67,49 +67,64 @@ double lagged(double y, double u, double to, double dt_s, double tau_s) {
     return y + gain * (u - y) + ramp * (to - u);
 }
 
-double polynomial_at(const json &term, double x) {
+polynomial::polynomial(const json &term)
+    : from(term.at("from")),
+      to(term.at("to")),
+      center(term.at("center")),
+      half_range(term.at("half_range")),
+      coefficients(term.at("coefficients").get<numbers>()) {}
+
+double polynomial::at(double x) const {
     if (std::isnan(x)) return unknown;
-    const double from = term.at("from"), to = term.at("to"), center = term.at("center");
-    const double u = (std::clamp(x, from, to) - center) / term.at("half_range").get<double>();
+    const double u = (std::clamp(x, from, to) - center) / half_range;
     double sum = 0, power = 1;
-    for (const double coefficient : term.at("coefficients")) {
+    for (const double coefficient : coefficients) {
         sum += coefficient * power;
         power *= u;
     }
     return sum;
 }
 
-double volumetric_um(const json &term, char axis, const std::array<double, 3> &at_mm,
-                     const std::function<double(const std::string &)> &error) {
-    const std::string letters = "XYZ", rotations = "ABC", chain = term.at("chain");
+volumetric::volumetric(const json &term) {
+    const std::string letters = "XYZ", kinds = "XYZABC", chain = term.at("chain");
     const std::size_t f = chain.find('f');
-    const auto square = [&term](const char *key) {
-        return term.at("squareness_urad").value(key, 0.0);
-    };
-    double e_um[3] = {1e-3 * (square("B0Z") * at_mm[2] - square("C0Y") * at_mm[1]),
-                      -1e-3 * square("A0Z") * at_mm[2], 0};
+    const json &square = term.at("squareness_urad");
+    b0z_urad = square.value("B0Z", 0.0);
+    c0y_urad = square.value("C0Y", 0.0);
+    a0z_urad = square.value("A0Z", 0.0);
     for (const std::string name : term.at("errors")) {
-        const double value = error(name);
-        if (letters.find(name[1]) != std::string::npos) {
-            e_um[letters.find(name[1])] += value;
-            continue;
-        }
         const std::string of = name.substr(2);
-        const std::size_t i = chain.find(of), r = rotations.find(name[1]);
-        double lever_mm[3];
+        const std::size_t i = chain.find(of);
+        part made = {name, kinds.find(name[1]), {}, {}};
         for (std::size_t c = 0; c < 3; ++c) {
             const std::size_t j = chain.find(letters[c]);
-            const bool moves = i > f ? j > i : j >= i || j > f;
-            lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
-                          term.at("reference_points_mm").at(of)[c].get<double>() -
-                          (c == 2 ? term.at("tool_length_mm").get<double>() : 0) +
-                          (moves ? at_mm[c] : 0);
+            made.moves[c] = i > f ? j > i : j >= i || j > f;
+            made.lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
+                               term.at("reference_points_mm").at(of)[c].get<double>() -
+                               (c == 2 ? term.at("tool_length_mm").get<double>() : 0);
         }
-        const std::size_t next = (r + 1) % 3, last = (r + 2) % 3;  // (e_r x L)
-        e_um[next] -= 1e-3 * value * lever_mm[last];
-        e_um[last] += 1e-3 * value * lever_mm[next];
+        parts.push_back(made);
     }
-    return e_um[letters.find(axis)];
+}
+
+double volumetric::um(std::size_t axis, const std::array<double, 3> &at_mm,
+                      const numbers &errors) const {
+    double e_um[3] = {1e-3 * (b0z_urad * at_mm[2] - c0y_urad * at_mm[1]),
+                      -1e-3 * a0z_urad * at_mm[2], 0};
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+        const part &one = parts[k];
+        if (one.kind < 3) {
+            e_um[one.kind] += errors[k];
+            continue;
+        }
+        const auto lever_mm = [&](std::size_t c) {
+            return one.lever_mm[c] + (one.moves[c] ? at_mm[c] : 0);
+        };
+        const std::size_t next = (one.kind + 1) % 3, last = (one.kind + 2) % 3;  // (e_r x L)
+        e_um[next] -= 1e-3 * errors[k] * lever_mm(last);
+        e_um[last] += 1e-3 * errors[k] * lever_mm(next);
+    }
+    return e_um[axis];
 }
 
 // By de Boor's recursion.
@@ -239,7 +254,7 @@ reference_box::function reference_box::function_of(const json &term) {
 reference_box::function reference_box::curve_of(const json &curve) const {
     const std::size_t x = place_of(curve.at("signal"));
     if (curve.at("type") == "polynomial")
-        return [x, curve](const values &at) { return polynomial_at(curve, at[x]); };
+        return [x, drawn = polynomial(curve)](const values &at) { return drawn.at(at[x]); };
     if (curve.at("type") == "polyline")
         return [x, positions = curve.at("positions").get<numbers>(),
                 drawn = curve.at("values").get<numbers>()](const values &at) {
@@ -344,12 +359,15 @@ reference_box::function reference_box::network_of(const json &net) const {
 }
 
 reference_box::function reference_box::volumetric_of(const json &term, char axis) const {
+    const std::size_t along = std::string("XYZ").find(axis);
     const std::array<std::size_t, 3> places = {place_of("X"), place_of("Y"), place_of("Z")};
-    std::map<std::string, function> errors;
-    for (const std::string name : term.at("errors")) errors[name] = outputs_.at(name);
-    return [term, axis, places, errors](const values &at) {
-        return volumetric_um(term, axis, {at[places[0]], at[places[1]], at[places[2]]},
-                             [&](const std::string &name) { return errors.at(name)(at); });
+    const volumetric made(term);
+    std::vector<function> errors;
+    for (const volumetric::part &one : made.parts) errors.push_back(outputs_.at(one.error));
+    return [made, along, places, errors](const values &at) {
+        numbers found;
+        for (const function &error : errors) found.push_back(error(at));
+        return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found);
     };
 }
 

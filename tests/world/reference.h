@@ -27,12 +27,29 @@ struct exchange;
 double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
 double bspline_at(const std::vector<double> &knots, std::size_t degree,
                   const std::vector<double> &points, double x);
-// Of a term of that type. Beyond its ends it has the value there.
-double polynomial_at(const nlohmann::json &term, double x);
-// The error of the tool tip along an axis ('X', 'Y', 'Z'): the sum of delta_a + 1e-3 eps_a x L_a
-// over the axes a, and squareness. in: a volumetric term, the axes' positions, what its errors are
-double volumetric_um(const nlohmann::json &term, char axis, const std::array<double, 3> &at_mm,
-                     const std::function<double(const std::string &)> &error);
+// Beyond its ends it has the value there.
+struct polynomial {
+    double from, to, center, half_range;
+    std::vector<double> coefficients;
+    explicit polynomial(const nlohmann::json &term);
+    double at(double x) const;
+};
+// The error of the tool tip along an axis (0 … 2): the sum of delta_a + 1e-3 eps_a x L_a over the
+// axes a, and squareness.
+struct volumetric {
+    struct part {
+        std::string error;
+        std::size_t kind;  // 0 … 2: along X, Y, Z; 3 … 5: around them
+        double lever_mm[3];
+        bool moves[3];  // the position of an axis is a part of its lever
+    };
+    double b0z_urad, c0y_urad, a0z_urad;
+    std::vector<part> parts;
+    explicit volumetric(const nlohmann::json &term);
+    // in : the axes' positions; what each part's error is
+    double um(std::size_t axis, const std::array<double, 3> &at_mm,
+              const std::vector<double> &errors) const;
+};
 // One step of a first-order lag y, exact for an input that goes linearly from u to `to` in dt_s.
 double lagged(double y, double u, double to, double dt_s, double tau_s);
 
