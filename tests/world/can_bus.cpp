@@ -136,7 +136,7 @@ void can_bus::put(const can_frame &frame) {
         if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
     of_.changed();
-    const int node = static_cast<int>(frame.can_id) - 0x180;
+    const int node = static_cast<int>(frame.can_id) - (frame.can_id < 0x280 ? 0x180 : 0x280);
     if (taken && heard && node > 0 && node < 0x80)
         heard(node, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));
 }
@@ -176,6 +176,8 @@ void can_bus::send_values(std::size_t node) {
     const auto raw = static_cast<std::int16_t>(std::lround(of.temperature_degC * 10));
     frame.data[0] = static_cast<std::uint8_t>(raw & 0xFF);
     frame.data[1] = static_cast<std::uint8_t>(raw >> 8 & 0xFF);
+    put(frame);
+    frame.can_id += 0x100;
     put(frame);
 }
 

@@ -14,8 +14,8 @@
 
 namespace compbox::world {
 
-// A node sends its temperature in TPDO 0x180 + node, int16le, 0.1 °C, and heartbeats, once it is
-// started by NMT or by itself.
+// A node sends its temperature in TPDO 0x180 + node and 0x280 + node, int16le, 0.1 °C, and
+// heartbeats, once it is started by NMT or by itself.
 struct can_node {
     int number = 1;
     bool starts_itself = true;

@@ -191,7 +191,8 @@ void fault_injector::plan_disk() {
                 // Now and then for longer than rows can wait.
                 const auto longest =
                     static_cast<time_ns>(drawn.one_in(6) ? drawn.log_between(20e9, 300e9) : 0);
-                files.hangs_until_ns = of_.time.now() + std::max(lasts, longest);
+                files.hangs_until_ns =
+                    std::max(files.hangs_until_ns, of_.time.now() + std::max(lasts, longest));
                 note(fault_kind::disk,
                      fmt::format("hangs for {} ms", (files.hangs_until_ns - of_.time.now()) / ms));
             }

@@ -830,6 +830,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     json &signals = root["signals"];
     for (std::size_t i = order.one_in(3) ? signals.size() : 0; i > 1; --i)
         std::swap(signals[i - 1], signals[order.below(i)]);
+    // The other one of a node's two frames needs other filters.
+    for (json &signal : signals)
+        if (signal.contains("can") && order.one_in(3)) {
+            const std::string id = signal["can"];
+            signal["can"] = fmt::format("{:#x}", std::stoul(id, nullptr, 16) ^ 0x300UL);
+        }
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {

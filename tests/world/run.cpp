@@ -421,6 +421,12 @@ void run::print_exchange(const exchange &seen) const {
         for (const fakeplc::shown_signal &signal : facts.map.signals)
             words += fmt::format(" {} {:.6g}", signal.name, signal_in(facts, signal, seen));
     }
+    for (const fakeplc::taken_channel &channel : facts.map.channels) {
+        if (!is_reading(facts, seen) || !channel.applied_address) continue;
+        const auto at = static_cast<std::size_t>(*channel.applied_address - seen.read_start);
+        words += fmt::format(" {} applies {:.6g} µm", channel.name,
+                             channel.scale_um * channel.format.decode(seen.read.data() + at));
+    }
     if (is_read_back(facts, seen)) words += ", read back";
     if (!seen.written.empty()) {
         const written_block block = block_of(author, seen);
