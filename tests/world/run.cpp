@@ -112,8 +112,14 @@ run::run(const run_options &with)
 
 // ---- coefficient files
 
+// A file is asked for twice.
+const std::optional<machine> &run::facts_in(const std::string &text) {
+    if (newest_facts_.first != text) newest_facts_ = {text, facts_of(box_machine, text)};
+    return newest_facts_.second;
+}
+
 void run::note_file(const std::string &text) {
-    auto facts = facts_of(box_machine, text);
+    auto facts = facts_in(text);
     if (!facts) return;
     if (ceiling_) lower_to(*facts, *ceiling_);
     files_.insert_or_assign(facts->revision, *facts);
@@ -125,8 +131,8 @@ unsigned run::next_revision() {
     return revision;
 }
 
-bool run::knows_revision_of(const std::string &text) const {
-    const auto facts = facts_of(box_machine, text);
+bool run::knows_revision_of(const std::string &text) {
+    const auto &facts = facts_in(text);
     return facts && files_.count(facts->revision) > 0;
 }
 

@@ -77,7 +77,7 @@ class run {
     // Of a file that has another one than all before: invariants know files by their revision.
     unsigned next_revision();
     // Another file of this revision was noted.
-    bool knows_revision_of(const std::string &text) const;
+    bool knows_revision_of(const std::string &text);
     std::string good_file_of(unsigned revision);
     std::set<unsigned> wrong_revisions;  // of files that no box takes
     // out: after so long with enable off all outputs are zero
@@ -136,6 +136,8 @@ class run {
     std::unique_ptr<rtu_slaves> plc_slave_, bus_slaves_;
     fakeplc::pt100_modules modules_;
     std::vector<std::unique_ptr<invariant>> invariants_;
+    const std::optional<machine> &facts_in(const std::string &text);
+    std::pair<std::string, std::optional<machine>> newest_facts_;
     std::map<unsigned, machine> files_;  // by revision, of those that a box can run
     struct taken_file {
         time_ns at;
