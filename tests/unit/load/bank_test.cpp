@@ -286,9 +286,11 @@ TEST(config_bank, finds_each_lag_by_its_key_and_back) {
     EXPECT_STREQ(c.signals[key.signal].name, "s0");
     EXPECT_EQ(key.power, 3);
     EXPECT_EQ(key.tau_s, 30);
-    EXPECT_EQ(cb_bank_find(&c, {key.signal, 4, 30}), CB_MAX_BANK_LAGS) << "no such power";
-    EXPECT_EQ(cb_bank_find(&c, {key.signal, 3, 31}), CB_MAX_BANK_LAGS) << "no such time constant";
-    EXPECT_EQ(cb_bank_find(&c, {0, 1, 30}), CB_MAX_BANK_LAGS) << "no such input";
+    EXPECT_EQ(cb_bank_find(&c, {key.signal, 4, 30, -1e30F, 1e30F}), CB_MAX_BANK_LAGS)
+        << "no such power";
+    EXPECT_EQ(cb_bank_find(&c, {key.signal, 3, 31, -1e30F, 1e30F}), CB_MAX_BANK_LAGS)
+        << "no such time constant";
+    EXPECT_EQ(cb_bank_find(&c, {0, 1, 30, -1e30F, 1e30F}), CB_MAX_BANK_LAGS) << "no such input";
 }
 
 }  // namespace
