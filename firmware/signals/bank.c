@@ -26,18 +26,12 @@ static const float *taus_of(const struct cb_config *config, const struct cb_bank
     return config->pool + bank->taus + bank->unlagged;
 }
 
-/* out: the training range of input i of a bank that has one */
-static const struct cb_training_range *range_of(const struct cb_config *config,
-                                                const struct cb_bank_config *bank, unsigned i) {
-    const void *const ranges = config->pool + bank->ranges;
-    return (const struct cb_training_range *)ranges + i;
-}
-
 /* out: x within the range in which input i of the bank may act */
 static float held(const struct cb_config *config, const struct cb_bank_config *bank, unsigned i,
                   float x) {
     if (!bank->trained) return x;
-    const struct cb_training_range *range = range_of(config, bank, i);
+    const void *const ranges = config->pool + bank->ranges;
+    const struct cb_training_range *range = (const struct cb_training_range *)ranges + i;
     return cb_clamp(x, range->min - range->margin, range->max + range->margin);
 }
 

@@ -9,6 +9,12 @@ void invariant::violated(const std::string &words) {
     of_.report(name, words);
 }
 
+nlohmann::json invariant::finished_statistics() const {
+    auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
+    const bool finished = all.is_object() && all.value("finished", false);
+    return finished ? all : nlohmann::json();
+}
+
 invariants all_invariants(run &of) {
     invariants all;
     add_bounds(of, all);

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -77,6 +78,8 @@ class invariant {
   protected:
     // Reports a violation at this time. A run ends at its first one.
     void violated(const std::string &words);
+    // The statistics that the daemon left at its end; null: it has not finished them.
+    nlohmann::json finished_statistics() const;
     run &of_;
 };
 

@@ -30,12 +30,7 @@ class doubts_invariant : public invariant {
     void started() override {
         if (!box_) return;
         box_->start(false);
-        reads_ = adopts_ = false;
-    }
-    void taken(const machine &, const machine &is) override {
-        if (!box_) return;
-        box_->take(is);
-        adopts_ = true;
+        reads_ = false;
     }
     void exchanged(const exchange &seen) override {
         if (!box_) return;
@@ -46,14 +41,14 @@ class doubts_invariant : public invariant {
         if (reads_) box_->read(facts, seen, seen.sent);
     }
     void file_written(const std::string &path, const node &file) override {
-        if (!box_ || path != run::stats_path || !reads_ || adopts_) return;
+        if (!box_ || path != run::stats_path || !reads_) return;
         const auto counted = counted_in(file.bytes);
         if (counted && box_->watch()->knows_doubts() && *counted > box_->watch()->most_doubts())
             violated(fmt::format("sensors_doubted is {}, {} doubts were possible", *counted,
                                  box_->watch()->most_doubts()));
     }
     void ended(const ending &how) override {
-        if (!box_ || how.by_signal || how.code != 0 || adopts_) return;
+        if (!box_ || how.by_signal || how.code != 0) return;
         const auto counted = counted_in(of_.box.files.text(run::stats_path));
         if (counted && box_->watch()->knows_doubts() && *counted < box_->watch()->least_doubts())
             violated(fmt::format("sensors_doubted is {}, there were {} doubts", *counted,
@@ -100,7 +95,6 @@ class doubts_invariant : public invariant {
     std::optional<reference_box> box_;
     std::vector<std::string> signals_;  // in the order of the file
     bool reads_ = false;                // the newest reading came whole
-    bool adopts_ = false;               // another file: the counter goes on, the doubts do not
 };
 
 }  // namespace

@@ -351,7 +351,8 @@ class state_invariant : public invariant {
         if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all,
                         &pause_s) != 3)
             return;
-        if (!decoded(found_)) violated("lags go on by a state file that is not whole");
+        const auto state = decoded(found_);
+        if (!state) violated("lags go on by a state file that is not whole");
         if (resumed == 0 ||
             draws_any(of_, {fault_kind::state, fault_kind::boundary, fault_kind::suspend}))
             return;
@@ -361,7 +362,7 @@ class state_invariant : public invariant {
         if (draws(of_, fault_kind::clock) && known->second.boot_id != of_.box.boot_id()) {
             if (!of_.box.synchronised && longest_lag(of_) == 0)
                 violated(fmt::format("a pause of {} s by a clock that is not set", pause_s));
-            if (!decoded(found_)->synchronised)
+            if (!state->synchronised)
                 violated(fmt::format("a pause of {} s by a clock that was not set", pause_s));
             return;
         }
@@ -616,8 +617,8 @@ class reports_invariant : public invariant {
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
                             fault_kind::partial, fault_kind::links}))
             return;
-        const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
-        if (!all.is_object() || !all.value("finished", false)) return;
+        const auto all = finished_statistics();
+        if (all.is_null()) return;
         const auto wanted = all.value("cycles", std::uint64_t{0});
         const auto kept = lines() - lines_ + lost_rows_ + all.value("rows_lost", std::uint64_t{0});
         if (kept < wanted)

@@ -66,10 +66,8 @@ class account_invariant : public invariant {
     }
     void ended(const ending &how) override {
         if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
-        const auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
-        if (!all.is_object() || !all.value("finished", false)) return;
-        const nlohmann::json &plc = all.at("plc");
-        if (by_tcp_) judge_tcp(plc, all.at("box"));
+        const auto all = finished_statistics();
+        if (by_tcp_ && !all.is_null()) judge_tcp(all.at("plc"), all.at("box"));
     }
     void ticked() override {
         const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
