@@ -17,10 +17,20 @@ static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
     state->sent_min_um[0] = state->sent_max_um[0] = sent_um;
 }
 
-static void note_sent(struct cb_applied_channel *state, float sent_um, bool quarter_is_over) {
-    if (quarter_is_over) begin_quarter(state, sent_um);
-    state->sent_min_um[0] = cb_min(state->sent_min_um[0], sent_um);
-    state->sent_max_um[0] = cb_max(state->sent_max_um[0], sent_um);
+static void note(struct cb_applied_channel *state, float um) {
+    state->sent_min_um[0] = cb_min(state->sent_min_um[0], um);
+    state->sent_max_um[0] = cb_max(state->sent_max_um[0], um);
+}
+
+/* The straight line to a new tangent begins at the one before: at the new reference that is not the
+ * value that was sent, once the axis has moved. */
+static void note_line(struct cb_applied_channel *state, float sent_um, float slope_um_per_m,
+                      float reference_mm) {
+    const float way_m = (reference_mm - state->line_reference_mm) * 1e-3f;
+    note(state, state->line_um + state->line_slope_um_per_m * way_m);
+    state->line_um = sent_um;
+    state->line_slope_um_per_m = slope_um_per_m;
+    state->line_reference_mm = reference_mm;
 }
 
 /* out: whether the newest quarter is over; then the next one begins */
@@ -89,8 +99,9 @@ static void conclude(struct cb_applied_verdict *verdict, unsigned i,
 }
 
 void cb_applied_step(const struct cb_config *config, struct cb_applied_state *state,
-                     struct cb_channel_state *channels, struct cb_counters *counters,
-                     const uint16_t *registers, uint32_t elapsed_us, bool judged) {
+                     struct cb_channel_state *channels, const float *reference_mm,
+                     struct cb_counters *counters, const uint16_t *registers, uint32_t elapsed_us,
+                     bool judged) {
     struct cb_applied_verdict verdict = {.channel = CB_NONE};
     const uint32_t quarter_us = config->applied_quarter_us;
     const bool over = age_quarter(state, elapsed_us, quarter_us);
@@ -98,7 +109,10 @@ void cb_applied_step(const struct cb_config *config, struct cb_applied_state *st
         const struct cb_channel_config *channel = &config->channels[i];
         struct cb_applied_channel *of = &state->channels[i];
         if (!channel->has_applied) continue;
-        note_sent(of, channels[i].sent_um, over);
+        if (over) begin_quarter(of, channels[i].sent_um);
+        note(of, channels[i].sent_um);
+        if (channel->tangent && config->plc.interpolate_us > 0)
+            note_line(of, channels[i].sent_um, channels[channel->slope].sent_um, reference_mm[i]);
         if (!registers) continue;
         const float um = cb_channel_decode(channel, registers + channel->applied_reg);
         judge(config, i, of, counters, um, elapsed_us, judged);

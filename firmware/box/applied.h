@@ -26,6 +26,8 @@ struct cb_applied_channel {
      * inside is subtracted, so that a flickering value counts. */
     uint32_t outside_us;
     uint8_t beyond; /* successive readings beyond error_um */
+    /* The tangent that was sent last, where the PLC interpolates. */
+    float line_um, line_slope_um_per_m, line_reference_mm;
 };
 
 /* A channel whose value is not the box's. */
@@ -44,14 +46,18 @@ struct cb_applied_state {
 };
 
 /* Call once in each step: records the outputs that were sent last, and compares the applied values.
- * in : registers of the read block, of a good reading, or NULL; elapsed_us since the previous step;
- *      judged: the PLC has to follow, because the box is ACTIVE
+ * in : reference_mm: P0 of each channel as sent last; registers of the read block, of a good
+ *      reading, or NULL; elapsed_us since the previous step; judged: the PLC has to follow, because
+ *      the box is ACTIVE
  * out: channels[].applied_um, if the value is finite; state->verdict over all channels; without a
  *      good reading both stay
  * A value that is not finite counts as foreign. With `tangent` the value is K0, which the PLC
- * reports for the reference of the same block, so it is compared like any other. */
+ * reports for the reference of the same block, so it is compared like any other. A PLC that moves
+ * in a straight line (interpolate_us) comes from the tangent before: where that one is at the new
+ * reference counts as sent, too. */
 void cb_applied_step(const struct cb_config *config, struct cb_applied_state *state,
-                     struct cb_channel_state *channels, struct cb_counters *counters,
-                     const uint16_t *registers, uint32_t elapsed_us, bool judged);
+                     struct cb_channel_state *channels, const float *reference_mm,
+                     struct cb_counters *counters, const uint16_t *registers, uint32_t elapsed_us,
+                     bool judged);
 
 #endif

@@ -250,8 +250,8 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
                     struct step *step) {
     read_plc(box, in, step);
     cb_plc_age(&box->config, &box->plc, &box->counters, box->life.now_us);
-    cb_applied_step(&box->config, &box->applied, box->channels, &box->counters,
-                    step->read ? in->registers : NULL, step->elapsed_us,
+    cb_applied_step(&box->config, &box->applied, box->channels, box->tangent.reference,
+                    &box->counters, step->read ? in->registers : NULL, step->elapsed_us,
                     box->mode.mode == CB_MODE_ACTIVE);
     if (step->read) {
         look_back(box, in, step);

@@ -122,6 +122,36 @@ TEST(tangent, is_evaluated_at_the_reference_with_lead) {
     EXPECT_NEAR(rig.wanted_slope(), there.wanted_slope(), 0.02);
 }
 
+// A PLC that moves in straight lines shows, at the new reference, values between the tangent before
+// and the new one. Within its deadband the value itself does not move meanwhile.
+TEST(tangent, a_straight_line_from_the_tangent_before_is_applied_as_sent) {
+    const std::string straight = with(
+        "\"plc\": {\"profile\": \"sinumerik-840d\",",
+        "\"plc\": {\"profile\": \"sinumerik-840d\", \"interpolate_ms\": 30, \"deadband_um\": 0,",
+        file);
+    for (const bool lies : {false, true}) {
+        tangent_rig rig(
+            with("\"sign\": -1,", "\"sign\": -1, \"deadband_um\": 30, \"applied\": 24,", straight));
+        rig.x = 0;
+        double um = 0, slope = 0, reference_mm = 0;
+        int moved = 0;
+        for (int i = 0; i < 60; ++i) {
+            const double new_um = rig.written(4),
+                         way_mm = get_int32(rig.out.registers + 8) * 0.001 - reference_mm;
+            const double there_um = um + slope * way_mm * 1000;
+            moved += std::fabs(there_um - um) > 0.05 && new_um == um;
+            put_int32(rig.in.registers + 24, (new_um + (lies ? 3 : 1) * (there_um - new_um)) * 100);
+            um = new_um;
+            slope = get_int32(rig.out.registers + 6) * 1e-8;
+            reference_mm += way_mm;
+            rig.x += i > 20 ? 10 : 0;
+            rig.go();
+        }
+        EXPECT_GT(moved, 10);
+        EXPECT_EQ(rig.box->counters.applied_foreign > 0, lies);
+    }
+}
+
 TEST(tangent, is_given_up_outside_of_active_and_at_the_limit) {
     tangent_rig rig;
     rig.go(20);
