@@ -154,7 +154,7 @@ static void take_offer(struct cb_can *can, int64_t now_us) {
     __atomic_store_n(&can->wanted, false, __ATOMIC_RELEASE);
     can->fd = fd;
     can->lost_in_queue = 0;
-    can->emptied_us = now_us;
+    can->not_before_us = now_us;
     if (replaces) return;
     can->state = CB_CAN_CLOSED;
     come_up(can);
@@ -210,12 +210,12 @@ static void note_error_frame(struct cb_can *can, const struct can_frame *frame) 
 }
 
 /* in : stamp of the kernel, wall clock
- * out: the same moment in CLOCK_BOOTTIME. The queue was empty at emptied_us, so a wall clock that
- *      was set in between cannot make a frame older than that, nor newer than now. */
+ * out: the same moment in CLOCK_BOOTTIME. A wall clock that was set in between cannot make a frame
+ *      older than the one before it or than an empty queue, nor newer than now. */
 static int64_t boottime_of(const struct cb_can *can, const struct timespec *stamp, int64_t now_us) {
     const int64_t stamp_us = (int64_t)stamp->tv_sec * 1000000 + stamp->tv_nsec / 1000;
     const int64_t time_us = now_us - (cb_unix_us() - stamp_us);
-    if (time_us < can->emptied_us) return can->emptied_us;
+    if (time_us < can->not_before_us) return can->not_before_us;
     return time_us > now_us ? now_us : time_us;
 }
 
@@ -252,13 +252,13 @@ static bool receive_any(struct cb_can *can, struct can_frame *frame, int64_t *ti
                              .msg_controllen = sizeof control};
     const ssize_t got = recvmsg(can->fd, &message, MSG_DONTWAIT);
     if (got == (ssize_t)sizeof *frame) {
-        *time_us = take_control(can, &message, now_us);
+        *time_us = can->not_before_us = take_control(can, &message, now_us);
         return true;
     }
     if (got < 0 && errno != EAGAIN && errno != EINTR)
         note_error(can, errno);
     else
-        can->emptied_us = now_us;
+        can->not_before_us = now_us;
     return false;
 }
 

@@ -599,7 +599,7 @@ SECOND_LOOK = [
     ("blackbox-twice", "A file of the black box repeats the rows of the one before",
      (OUTPUT + "blackbox.c", "    box->written = box->next;\n    box->files++;", "    box->files++;")),
     ("can-stamp-clamp", "A wall clock that is set makes CAN frames old",
-     (LINUX + "can.c", "    if (time_us < can->emptied_us) return can->emptied_us;\n", "")),
+     (LINUX + "can.c", "    if (time_us < can->not_before_us) return can->not_before_us;\n", "")),
     ("can-overflow-sum", "Lost CAN frames are counted again with each later one",
      (LINUX + "can.c", "can->counters.queue_overflows += lost - can->lost_in_queue;",
       "can->counters.queue_overflows += lost;")),

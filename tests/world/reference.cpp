@@ -481,8 +481,11 @@ void reference_box::move(signal &of, double change, time_ns at, double doubt) co
     }
     if (counts_beats_ && of.at_ns == before_ns_ && apart_ns < longest_ns) {
         // Within a quarter of a change by the PLC's count it may be filtered too. Without a new
-        // beat the position is the same.
-        if (beats_ == 0) return;
+        // beat the position is the same, unless a sensor lies.
+        if (beats_ == 0) {
+            if (change != 0) of.velocity_near += std::fabs(of.velocity) + 2 * std::fabs(by_clock);
+            return;
+        }
         const double by_beats = change / (static_cast<double>(beats_) * scan_s_);
         of.velocity = by_beats;
         of.velocity_near = 0.22 * std::max(std::fabs(by_beats), std::fabs(by_clock)) +

@@ -127,12 +127,16 @@ TEST_F(linux_can, a_frame_is_as_old_as_the_kernel_says) {
     EXPECT_LE(frame.time_us, after_us + 1000);
     // As if the wall clock had been set: far forward, then back. now_us moves in its place.
     send(0x181, {2});
-    const int64_t emptied_us = can.emptied_us;
-    ASSERT_TRUE(cb_can_receive(&can, &frame, emptied_us - 3600000000));
-    EXPECT_EQ(frame.time_us, emptied_us) << "not older than the empty queue";
-    usleep(1000);
+    const int64_t newest_us = can.not_before_us;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, newest_us - 3600000000));
+    EXPECT_EQ(frame.time_us, newest_us) << "not older than the frame before it";
+    EXPECT_FALSE(cb_can_receive(&can, &frame, newest_us + 1000));
     send(0x181, {3});
-    can.emptied_us = 0;
+    ASSERT_TRUE(cb_can_receive(&can, &frame, newest_us - 3600000000));
+    EXPECT_EQ(frame.time_us, newest_us + 1000) << "not older than the empty queue";
+    usleep(1000);
+    send(0x181, {4});
+    can.not_before_us = 0;
     ASSERT_TRUE(cb_can_receive(&can, &frame, 3600000000));
     EXPECT_LE(frame.time_us, 3600000000) << "not younger than now";
 }
