@@ -60,9 +60,11 @@ static bool take_end(struct cb_record *record, const char *text, size_t bytes) {
     while (end > 0 && text[end - 1] != '\n') end--;
     size_t begin = end > 0 ? end - 1 : 0;
     while (begin > 0 && text[begin - 1] != '\n') begin--;
-    const bool only_header = record->whole_size == (int64_t)record->header_used;
+    /* a text that begins within the file may begin within a line */
+    const bool all_rows = record->whole_size == (int64_t)record->header_used;
     record->whole_size += (int64_t)end;
-    if (end == 0) return only_header;
+    if (begin == 0 && !all_rows) return false;
+    if (end == 0) return true;
     return take_last_row(record, text + begin, end - begin);
 }
 
@@ -82,7 +84,8 @@ static bool read_part(int fd, int64_t at, char *to, size_t bytes) {
  * out: rows may be appended behind whole_size */
 static bool goes_on(struct cb_record *record, int64_t bytes) {
     const int64_t header = (int64_t)record->header_used;
-    const int64_t tail = bytes - header < CB_ROW_TEXT ? bytes - header : CB_ROW_TEXT;
+    const int64_t most = sizeof record->buffer;
+    const int64_t tail = bytes - header < most ? bytes - header : most;
     const int fd = tail < 0 ? -1 : open(record->path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
     if (fd < 0) return false;
     bool good = read_part(fd, 0, record->buffer, record->header_used) &&
