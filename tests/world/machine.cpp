@@ -533,6 +533,60 @@ struct draft {
                 signal["max_age_ms"] = std::llround(period_ms * own.log_between(4, 40));
     }
 
+    // Likewise: networks and banks with two outputs, networks with a linear path and a scale of
+    // their outputs. Another channel takes the second output.
+    void draw_second_outputs() {
+        dice own(made.twin.seed, "second outputs");
+        for (auto &term : root["terms"]) {
+            const bool is_net = term["type"] == "bpnet";
+            if (is_net && own.one_in(3)) {
+                term["linear_weights"] = {values_of(own, 2, 5)};
+                term["output_center"] = values_of(own, 1, 5);
+                term["output_scale"] = {rounded(own.between(0.3, 1.5))};
+            }
+            if (!(is_net || term.contains("bank")) || term.contains("sigma") || !own.one_in(2) ||
+                slopes().count(term["name"]) > 0)
+                continue;
+            const std::string first = is_net ? term["outputs"][0] : term["name"];
+            term["name"] = first + "_two";
+            term["outputs"] = {first, first + "b"};
+            if (is_net) {
+                widen_network(term, own);
+            } else {
+                json &bank = term["bank"];
+                json row;
+                for (const double weight : bank["weights"][0])
+                    row.push_back(rounded(weight * own.between(-1, 1)));
+                bank["weights"].push_back(row);
+                bank["bias"].push_back(rounded(own.between(-5, 5)));
+            }
+            root["channels"][own.below(root["channels"].size())]["sum"].push_back(first + "b");
+        }
+    }
+    void widen_network(json &net, dice &own) const {
+        const std::size_t hidden = net["hidden_bias"].size();
+        net["output_weights"].push_back(values_of(own, hidden, 5));
+        net["output_bias"].push_back(rounded(own.between(-5, 5)));
+        if (!net.contains("linear_weights")) return;
+        net["linear_weights"].push_back(values_of(own, 2, 5));
+        net["output_center"].push_back(rounded(own.between(-5, 5)));
+        net["output_scale"].push_back(rounded(own.between(0.3, 1.5)));
+    }
+    static std::vector<double> values_of(dice &own, std::size_t count, double most) {
+        std::vector<double> made_values;
+        for (std::size_t i = 0; i < count; ++i)
+            made_values.push_back(rounded(own.between(-most, most)));
+        return made_values;
+    }
+    // Terms whose output is µm/mm, and terms that a probe adapts.
+    std::set<std::string> slopes() const {
+        std::set<std::string> names;
+        for (const auto &term : root["terms"])
+            for (const char *key : {"term", "of"})
+                if (term.contains(key)) names.insert(term[key].get<std::string>());
+        return names;
+    }
+
     // Likewise: some polylines become polynomials that end within the travel.
     void draw_polynomials() {
         dice own(made.twin.seed, "polynomials");
@@ -734,6 +788,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_orders();
     file.draw_velocities();
     file.draw_redundant();
+    file.draw_second_outputs();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");

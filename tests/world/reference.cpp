@@ -213,14 +213,14 @@ void reference_box::take_signals(const json &root) {
 void reference_box::take_terms(const json &root) {
     for (const auto &term : root.at("terms")) {
         const std::string type = term.at("type");
-        const function made = function_of(term);
-        if (type == "volumetric")
-            for (const std::string output : term.at("outputs"))
-                outputs_[output] = volumetric_of(term, output[1]);
-        else if (term.contains("outputs"))
-            for (const std::string output : term.at("outputs")) outputs_[output] = made;
-        else
-            outputs_[term.at("name")] = made;
+        if (!term.contains("outputs")) {
+            outputs_[term.at("name")] = function_of(term, 0);
+            continue;
+        }
+        std::size_t k = 0;
+        for (const std::string output : term.at("outputs"))
+            outputs_[output] =
+                type == "volumetric" ? volumetric_of(term, output[1]) : function_of(term, k++);
     }
 }
 
@@ -237,11 +237,11 @@ std::size_t reference_box::hidden_place() {
     return signals_.size() + hidden_.size() - 1;
 }
 
-// out: nothing but NaN for kinds that need more than readings, and for terms with several outputs
-reference_box::function reference_box::function_of(const json &term) {
+// in : k: which of its outputs. out: nothing but NaN for kinds that need more than readings
+reference_box::function reference_box::function_of(const json &term, std::size_t k) {
     const std::string type = term.at("type");
-    if (type == "linear") return linear_of(term);
-    if (type == "bpnet" && term.at("outputs").size() == 1) return network_of(term);
+    if (type == "linear") return linear_of(term, k);
+    if (type == "bpnet") return network_of(term, k);
     if (type == "polyline" || type == "bspline" || type == "polynomial")
         return term.contains("backward") ? play_of(term) : curve_of(term);
     if (type != "product") return [](const values &) { return unknown; };
@@ -280,8 +280,8 @@ reference_box::function reference_box::play_of(const json &term) {
     };
 }
 
-reference_box::function reference_box::linear_of(const json &term) {
-    if (term.contains("bank")) return bank_of(term.at("bank"));
+reference_box::function reference_box::linear_of(const json &term, std::size_t k) {
+    if (term.contains("bank")) return bank_of(term.at("bank"), k);
     std::vector<std::size_t> inputs;
     for (const std::string name : term.at("inputs")) inputs.push_back(place_of(name));
     return [inputs, weights = term.at("weights").get<numbers>(),
@@ -292,8 +292,8 @@ reference_box::function reference_box::linear_of(const json &term) {
     };
 }
 
-// Columns in their order: inputs, powers, time constants. Of the first output.
-reference_box::function reference_box::bank_of(const json &bank) {
+// Columns in their order: inputs, powers, time constants.
+reference_box::function reference_box::bank_of(const json &bank, std::size_t k) {
     struct column {
         std::size_t place;
         unsigned power;
@@ -303,7 +303,7 @@ reference_box::function reference_box::bank_of(const json &bank) {
     std::vector<column> columns;
     std::vector<std::size_t> inputs;
     const std::vector<trained_range> ranges = ranges_of(bank);
-    const json &weights = bank.at("weights")[0];
+    const json &weights = bank.at("weights")[k];
     for (const std::string name : bank.at("inputs")) {
         const trained_range &range = ranges[inputs.size()];
         inputs.push_back(place_of(name));
@@ -323,7 +323,7 @@ reference_box::function reference_box::bank_of(const json &bank) {
             }
         }
     }
-    return [columns, inputs, ranges, bias = bank.at("bias")[0].get<double>()](const values &at) {
+    return [columns, inputs, ranges, bias = bank.at("bias")[k].get<double>()](const values &at) {
         double sum = bias, weight = 1;
         for (const column &one : columns)
             sum +=
@@ -334,27 +334,34 @@ reference_box::function reference_box::bank_of(const json &bank) {
     };
 }
 
-reference_box::function reference_box::network_of(const json &net) const {
+reference_box::function reference_box::network_of(const json &net, std::size_t k) const {
     std::vector<std::size_t> inputs;
     for (const std::string name : net.at("inputs")) inputs.push_back(place_of(name));
     const bool logistic = net.at("activation") == "logsig";
     return [inputs, logistic, ranges = ranges_of(net),
             rows = net.at("hidden_weights").get<std::vector<numbers>>(),
             biases = net.at("hidden_bias").get<numbers>(),
-            out = net.at("output_weights")[0].get<numbers>(),
-            bias = net.at("output_bias")[0].get<double>(),
+            out = net.at("output_weights")[k].get<numbers>(),
+            bias = net.at("output_bias")[k].get<double>(),
             center = net.at("input_center").get<numbers>(),
-            scale = net.at("input_scale").get<numbers>()](const values &at) {
+            scale = net.at("input_scale").get<numbers>(),
+            beside =
+                net.value("linear_weights", std::vector<numbers>(k + 1, numbers(inputs.size())))[k],
+            out_center = net.value("output_center", numbers(k + 1))[k],
+            out_scale = net.value("output_scale", numbers(k + 1, 1.0))[k]](const values &at) {
         double sum = bias, weight = 1;
-        for (std::size_t k = 0; k < rows.size(); ++k) {
-            double s = biases[k];
-            for (std::size_t i = 0; i < inputs.size(); ++i)
-                s += rows[k][i] * (ranges[i].held(at[inputs[i]]) - center[i]) / scale[i];
-            sum += out[k] * (logistic ? 1 / (1 + std::exp(-s)) : std::tanh(s));
-        }
-        for (std::size_t i = 0; i < inputs.size(); ++i)
+        numbers n;
+        for (std::size_t i = 0; i < inputs.size(); ++i) {
+            n.push_back((ranges[i].held(at[inputs[i]]) - center[i]) / scale[i]);
+            sum += beside[i] * n[i];
             weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
-        return sum * weight;
+        }
+        for (std::size_t h = 0; h < rows.size(); ++h) {
+            double s = biases[h];
+            for (std::size_t i = 0; i < inputs.size(); ++i) s += rows[h][i] * n[i];
+            sum += out[h] * (logistic ? 1 / (1 + std::exp(-s)) : std::tanh(s));
+        }
+        return (out_center + out_scale * sum) * weight;
     };
 }
 

@@ -137,12 +137,12 @@ class reference_box {
     std::size_t place_of(const std::string &name) const;
     void take_signals(const nlohmann::json &root);
     void take_terms(const nlohmann::json &root);
-    function function_of(const nlohmann::json &term);
+    function function_of(const nlohmann::json &term, std::size_t k);
     function curve_of(const nlohmann::json &curve) const;
     function play_of(const nlohmann::json &term);
-    function linear_of(const nlohmann::json &term);
-    function bank_of(const nlohmann::json &bank);
-    function network_of(const nlohmann::json &net) const;
+    function linear_of(const nlohmann::json &term, std::size_t k);
+    function bank_of(const nlohmann::json &bank, std::size_t k);
+    function network_of(const nlohmann::json &net, std::size_t k) const;
     function volumetric_of(const nlohmann::json &term, char axis) const;
     void accept(signal &of, double value, time_ns at);
     void move(signal &of, double change, time_ns at, double doubt) const;
