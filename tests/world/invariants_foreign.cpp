@@ -55,7 +55,8 @@ class applied_invariant : public invariant {
     };
     static constexpr std::uint64_t most_beyond = 12;       // of which the box gets two at least
     static constexpr double report_s = 0.4, most_s = 0.5;  // the box: 0.25 s, 0.5 s
-    static constexpr time_ns of_late = 1500 * ms;
+    static constexpr time_ns of_late = 1500 * ms, of_just_now = 800 * ms;
+    static constexpr time_ns forgiven = 3 * second;  // the box: four times 0.5 s
 
     // Without a reply the box may be in HOLD for a moment.
     void forget_outside() {
@@ -68,6 +69,10 @@ class applied_invariant : public invariant {
         // The newest one from before is what the PLC held when that time began.
         while (sent_.size() > 1 && sent_[1].ns < seen.sent - of_late) sent_.pop_front();
         if (block.mode != fakeplc::box_mode::active) return;
+        if (hears_all_ && block.reason == box_reason::unapplied &&
+            seen.sent - outside_ns_ > forgiven + 20 * facts.period_us * us)
+            violated(fmt::format("reason 13, and the PLC applies what was sent for {} ms",
+                                 (seen.sent - outside_ns_) / ms));
         for (std::size_t c = 0; c < channels_.size(); ++c) {
             const std::string &channel = facts.channels[c].name;
             if (channels_[c].beyond >= most_beyond && seen.sent - channels_[c].beyond_ns >= lag_ns_)
@@ -104,12 +109,16 @@ class applied_invariant : public invariant {
     void note(const machine &facts, std::size_t c, double um, double elapsed_s) {
         const channel_facts &channel = facts.channels[c];
         channel_state &state = channels_[c];
-        double low = channel.limit_um, high = -channel.limit_um;
+        double low = channel.limit_um, high = -channel.limit_um, new_low = low, new_high = high;
         for (const sent_block &one : sent_) {
             if (c >= one.block.um.size()) continue;  // of a file without this channel
             low = std::min(low, one.block.um[c]);
             high = std::max(high, one.block.um[c]);
+            if (one.ns < read_ns_ - of_just_now) continue;
+            new_low = std::min(new_low, one.block.um[c]);
+            new_high = std::max(new_high, one.block.um[c]);
         }
+        if (!(elapsed_s > 0 && um >= new_low && um <= new_high)) outside_ns_ = read_ns_;
         const double near = 2 * (facts.map.deadband_um.value_or(0.1) + channel.unit_um) + 0.01;
         const bool inside = sent_.empty() || (um >= low - near && um <= high + near);
         const double most = 1.01 * std::max(channel.error_um, channel.limit_um) + near;
@@ -126,6 +135,7 @@ class applied_invariant : public invariant {
     std::vector<channel_state> channels_;
     std::deque<sent_block> sent_;  // of late
     time_ns read_ns_ = 0;
+    time_ns outside_ns_ = 0;  // the newest time when a channel was not what was sent just now
 };
 
 // The write block is read back about once a second where the exchange leaves room. A PLC that does
