@@ -92,6 +92,8 @@ class reference_invariant : public invariant {
 
     void judge(const machine &facts, const written_block &block) {
         box_->look(read_ns_);
+        if (block.reason == box_reason::none || block.reason == box_reason::extrapolated)
+            judge_slopes(facts, block);
         if (agree(facts, block) || ++unlike_ % 2 == 0) return;
         std::vector<target> targets;
         for (std::size_t c = 0; c < facts.channels.size(); ++c)
@@ -106,6 +108,36 @@ class reference_invariant : public invariant {
             else if (!other)
                 judge_way(facts, c, targets[c], block.um[c]);
         }
+    }
+
+    // The slope of a channel with `tangent` is that of its terms where they were evaluated, as far
+    // as its own rate allows, unless the channel is at its limit.
+    void judge_slopes(const machine &facts, const written_block &block) {
+        if (++slopes_ % 4 != 0) return;
+        for (std::size_t c = 0; c < facts.channels.size(); ++c) {
+            const std::string &axis = facts.channels[c].tangent_signal;
+            if (axis.empty()) continue;
+            const judged_number place = box_->judged_place(axis);
+            if (std::isnan(place.value)) continue;
+            const double reference_unit = 1e-3;
+            if (std::fabs(block.reference_mm[c] - place.value) > place.near + reference_unit)
+                violated(
+                    fmt::format("the slope of {} begins at {} mm, its terms are those of {} mm",
+                                facts.channels[c].name, block.reference_mm[c], place.value));
+            judge_slope(facts.channels[c], box_->judged_um(c), box_->judged_slope(c, axis),
+                        before_.slope[c], block.slope[c]);
+        }
+    }
+    void judge_slope(const channel_facts &channel, const judged_number &want,
+                     const judged_number &slope, double was, double is) {
+        if (std::isnan(slope.value) || std::fabs(want.value) + want.near >= channel.limit_um)
+            return;
+        const double to = std::clamp(1e-3 * slope.value, -channel.slope_limit, channel.slope_limit);
+        const double near = 1e-3 * slope.near + 2 * channel.slope_unit;
+        if (std::fabs(to - was) + near > 0.97 * elapsed_s_ * channel.slope_slew_per_s) return;
+        if (std::fabs(is - to) > near)
+            violated(fmt::format("the slope of {} is {} after {}, its terms have {} within {}",
+                                 channel.name, is, was, to, near));
     }
 
     // Most steps need no look at how far the box may be from the reference.
@@ -204,9 +236,9 @@ class reference_invariant : public invariant {
 
     std::optional<reference_box> box_;
     bool samples_arrive_ = true;
-    bool silent_ = false;            // since the end of another daemon
-    int steady_ = 0, readings_ = 0;  // readings since the newest write
-    unsigned unlike_ = 0;
+    bool silent_ = false;               // since the end of another daemon
+    int steady_ = 0, readings_ = 0;     // readings since the newest write
+    unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged
     time_ns open_until_ns_ = 0, sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
     double elapsed_s_ = 0;  // between the two newest steps, at least
     written_block before_;

@@ -810,6 +810,7 @@ channel_facts facts_of_channel(const json &entry) {
     facts.deadband_um = entry.value("deadband_um", 0.0);
     if (!entry.contains("tangent")) return facts;
     const json &tangent = entry.at("tangent");
+    facts.tangent_signal = tangent.at("signal");
     facts.slope_limit = tangent.at("slope_limit");
     facts.slope_slew_per_s = tangent.at("slope_slew_per_s");
     facts.slope_unit = tangent.value("slope_scale", 1.0);

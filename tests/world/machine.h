@@ -23,6 +23,7 @@ struct channel_facts {
     bool has_applied = false;
     double error_um = 0, deadband_um = 0;
     double slope_limit = 0, slope_slew_per_s = 0, slope_unit = 0;  // of a tangent, mm/mm
+    std::string tangent_signal = "";  // its axis; "": there is no tangent
 };
 struct signal_facts {
     std::string name;

@@ -633,17 +633,12 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
     return sum;
 }
 
-judged_number reference_box::judged_sum(const std::vector<function> &outputs) const {
+// in : value of a function of what the terms take
+// out: how far the box's may be from it
+template <typename Value>
+double reference_box::most_change(double value, const Value &value_at) const {
     values at = used_;
-    const auto sum_at = [&outputs, &at] {
-        double sum = 0;
-        for (const function &output : outputs) sum += output(at);
-        return sum;
-    };
-    const double sum = sum_at();
-    if (std::isnan(sum)) return {unknown, 0};
-    double near = 2e-3;
-    for (const function &output : outputs) near += 2e-5 * std::fabs(output(at));
+    double sum = 0;
     for (std::size_t i = 0; i < at.size(); ++i) {
         if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
         const double there = at[i];
@@ -652,12 +647,51 @@ judged_number reference_box::judged_sum(const std::vector<function> &outputs) co
         const int places = unsure_[i] > 1 ? 16 : 2;
         for (int place = -places; place <= places; ++place) {
             at[i] = there + unsure_[i] * place / places;
-            most = std::max(most, std::fabs(sum_at() - sum));
+            most = std::max(most, std::fabs(value_at(at) - value));
         }
         at[i] = there;
-        near += 1.2 * most;
+        sum += 1.2 * most;
     }
-    return {sum, near};
+    return sum;
+}
+
+judged_number reference_box::judged_sum(const std::vector<function> &outputs) const {
+    const auto sum_at = [&outputs](const values &at) {
+        double sum = 0;
+        for (const function &output : outputs) sum += output(at);
+        return sum;
+    };
+    const double sum = sum_at(used_);
+    if (std::isnan(sum)) return {unknown, 0};
+    double near = 2e-3;
+    for (const function &output : outputs) near += 2e-5 * std::fabs(output(used_));
+    return {sum, near + most_change(sum, sum_at)};
+}
+
+judged_number reference_box::judged_slope(std::size_t channel, const std::string &by) const {
+    constexpr double apart_mm = 0.01;
+    const std::size_t x = place_of(by);
+    const auto slope_at = [this, channel, x](values at, double from_mm, double to_mm) {
+        const double there = at[x];
+        at[x] = there + from_mm;
+        const double before = sum_of(channel, at);
+        at[x] = there + to_mm;
+        return -(sum_of(channel, at) - before) / (to_mm - from_mm);
+    };
+    const double slope = slope_at(used_, -apart_mm, apart_mm);
+    if (std::isnan(slope)) return {unknown, 0};
+    // At a corner it is that of one of the two sides.
+    const auto at_corner = [&slope_at](const values &at, double value) {
+        return std::max(std::fabs(slope_at(at, -apart_mm, 0) - value),
+                        std::fabs(slope_at(at, 0, apart_mm) - value));
+    };
+    const double near = 1e-5 + 1e-3 * std::fabs(slope) + at_corner(used_, slope);
+    return {slope, near + most_change(0, [&](const values &at) { return at_corner(at, slope); })};
+}
+
+judged_number reference_box::judged_place(const std::string &of) const {
+    const std::size_t x = place_of(of);
+    return {used_[x], unsure_[x]};
 }
 
 judged_number reference_box::judged_um(std::size_t channel) const {

@@ -84,6 +84,10 @@ class reference_box {
     double wanted_um(std::size_t channel) const { return -sum_of(channel, used_); }
     // The same, and how far the box's may be from it.
     judged_number judged_um(std::size_t channel) const;
+    // Its derivative by a signal, likewise: µm for each mm.
+    judged_number judged_slope(std::size_t channel, const std::string &by) const;
+    // The position where it was evaluated, likewise.
+    judged_number judged_place(const std::string &of) const;
     // The sum of these outputs of terms, likewise.
     judged_number judged(const std::vector<std::string> &outputs) const;
     // out: the value of a reading at that time, if the box accepts it for sure
@@ -154,6 +158,8 @@ class reference_box {
     void follow();
     judged_number velocity_of(const signal &of, time_ns now) const;
     double sum_of(std::size_t channel, const values &at) const;
+    template <typename Value>
+    double most_change(double value, const Value &value_at) const;
     judged_number judged_sum(const std::vector<function> &outputs) const;
 
     std::vector<signal> signals_;
