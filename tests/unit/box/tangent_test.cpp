@@ -125,13 +125,16 @@ TEST(tangent, is_evaluated_at_the_reference_with_lead) {
 // A PLC that moves in straight lines shows, at the new reference, values between the tangent before
 // and the new one. Within its deadband the value itself does not move meanwhile.
 TEST(tangent, a_straight_line_from_the_tangent_before_is_applied_as_sent) {
-    const std::string straight = with(
-        "\"plc\": {\"profile\": \"sinumerik-840d\",",
-        "\"plc\": {\"profile\": \"sinumerik-840d\", \"interpolate_ms\": 30, \"deadband_um\": 0,",
-        file);
-    for (const bool lies : {false, true}) {
-        tangent_rig rig(
-            with("\"sign\": -1,", "\"sign\": -1, \"deadband_um\": 30, \"applied\": 24,", straight));
+    struct plc_program {
+        const char *interpolate_ms;
+        int times;  // how far it is towards the tangent before, in a straight line at most 1
+        bool foreign;
+    };
+    for (const plc_program &plc : {plc_program{"30", 1, false}, {"30", 3, true}, {"0", 1, true}}) {
+        const std::string keys = std::string("\"plc\": {\"interpolate_ms\": ") +
+                                 plc.interpolate_ms + ", \"deadband_um\": 0,";
+        tangent_rig rig(with("\"sign\": -1,", "\"sign\": -1, \"deadband_um\": 30, \"applied\": 24,",
+                             with("\"plc\": {", keys, file)));
         rig.x = 0;
         double um = 0, slope = 0, reference_mm = 0;
         int moved = 0;
@@ -140,7 +143,7 @@ TEST(tangent, a_straight_line_from_the_tangent_before_is_applied_as_sent) {
                          way_mm = get_int32(rig.out.registers + 8) * 0.001 - reference_mm;
             const double there_um = um + slope * way_mm * 1000;
             moved += std::fabs(there_um - um) > 0.05 && new_um == um;
-            put_int32(rig.in.registers + 24, (new_um + (lies ? 3 : 1) * (there_um - new_um)) * 100);
+            put_int32(rig.in.registers + 24, (new_um + plc.times * (there_um - new_um)) * 100);
             um = new_um;
             slope = get_int32(rig.out.registers + 6) * 1e-8;
             reference_mm += way_mm;
@@ -148,7 +151,8 @@ TEST(tangent, a_straight_line_from_the_tangent_before_is_applied_as_sent) {
             rig.go();
         }
         EXPECT_GT(moved, 10);
-        EXPECT_EQ(rig.box->counters.applied_foreign > 0, lies);
+        EXPECT_EQ(rig.box->counters.applied_foreign > 0, plc.foreign)
+            << plc.interpolate_ms << " ms, " << plc.times << " times";
     }
 }
 
