@@ -606,7 +606,7 @@ struct draft {
     // Likewise: three errors of axes, brought to the tool tip by a volumetric term.
     void draw_volumetric() {
         dice own(made.twin.seed, "volumetric");
-        if (!own.one_in(6)) return;
+        if (!own.one_in(3)) return;
         static const std::vector<std::string> kinds = {"X", "Y", "Z", "A", "B", "C"};
         static const std::vector<std::string> chains = {"fXYZ", "YfXZ", "XYfZ", "ZfYX"};
         json term = {{"name", "volumetric"},
