@@ -188,6 +188,7 @@ class fault_injector : public call_faults,
     void plan_links();
     void remove_link(const std::string &path);
     void put_another_file();
+    void put_unsigned_file();
     void put_hostile_file();
     void replace_later(time_ns pause, const std::string &text);
     void spoil_config_path();

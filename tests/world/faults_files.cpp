@@ -21,6 +21,7 @@ void fault_injector::plan_files() {
     repeat(fault_kind::reload, 5 * second, [this] {
         dice &drawn = chance(fault_kind::reload);
         if (drawn.one_in(2)) put_another_file();
+        put_unsigned_file();
         if (drawn.one_in(4)) spoil_config_path();
         if (!drawn.one_in(2)) return;
         const std::uint64_t signals = 1 + drawn.below(drawn.one_in(3) ? 100 : 3);
@@ -41,6 +42,7 @@ void fault_injector::put_another_file() {
     if (of_.box_machine.pairs.empty() && of_.box_machine.profile.name != "fanuc" && own.one_in(6))
         text = with_other_scale(text, own);
     file_tree &files = of_.box.files;
+    of_.sign(text);
     switch (drawn.below(3)) {
         case 0:
             note(fault_kind::reload, fmt::format("revision {} by rename", of_.revision));
@@ -61,12 +63,38 @@ void fault_injector::put_another_file() {
     of_.note_file(text);
 }
 
+// A better file, but nobody vouches for it, or it is signed for another machine. Nothing says of
+// what machine the file of a start has to be.
+void fault_injector::put_unsigned_file() {
+    dice own(of_.options.seed + of_.revision, "no signature");
+    if (!of_.signer || !own.one_in(3)) return;
+    std::string text = another_file(of_.box_machine, own, of_.next_revision());
+    std::string words = "of another machine", signature;
+    const bool starts =
+        has(fault_kind::kill) || has(fault_kind::power_cut) || has(fault_kind::restart);
+    if (!starts && own.one_in(6)) {
+        text.replace(text.find("\"world\""), 7, "\"other\"");
+        signature = of_.signer->sign(text, own);
+    } else {
+        signature = of_.signer->no_signature(text, of_.good_file, own, words);
+    }
+    note(fault_kind::reload, fmt::format("revision {} {}", of_.revision, words));
+    of_.wrong_revisions.insert(of_.revision);
+    file_tree &files = of_.box.files;
+    files.remove(run::signature_path);
+    files.remove(run::new_signature_path);
+    if (!signature.empty())
+        files.replace(own.one_in(4) ? run::new_signature_path : run::signature_path, signature);
+    files.replace(run::config_path, text);
+}
+
 // For a while there is no regular file, or a link to one.
 void fault_injector::spoil_config_path() {
     dice &drawn = chance(fault_kind::reload);
     file_tree &files = of_.box.files;
     const std::string path = run::config_path, before = of_.good_file;
     files.remove(path);
+    of_.sign(before);
     const std::uint64_t way = drawn.below(6);
     static const char *const words[] = {
         "gone", "a folder", "a pipe", "a link to nothing", "a link to itself", "a link"};
@@ -93,6 +121,7 @@ void fault_injector::put_hostile_file() {
     note(fault_kind::hostile, fmt::format("a {}file of {} bytes, from revision {}",
                                           wrong ? "wrong " : "", text.size(), of_.revision));
     if (wrong) of_.wrong_revisions.insert(of_.revision);
+    of_.sign(text);
     if (drawn.one_in(2))
         of_.box.files.replace(run::config_path, text);
     else
@@ -216,7 +245,10 @@ void fault_injector::heal_files() {
     files.hangs_until_ns = renames_fail_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
-    if (of_.revision > 1) files.replace(run::config_path, of_.good_file_of(of_.next_revision()));
+    if (of_.revision == 1) return;
+    const std::string good = of_.good_file_of(of_.next_revision());
+    of_.sign(good);
+    files.replace(run::config_path, good);
 }
 
 }  // namespace compbox::world

@@ -610,8 +610,43 @@ SECOND_LOOK = [
      (OUTPUT + "output_file.c", "    unlink(temporary);\n    return open(temporary,", "    return open(temporary,")),
 ]
 
+# What the world had no machine for, or judged at rest alone.
+THIRD_LOOK = [
+    ("signature-comment", "The trusted comment of a signature may have been changed",
+     (LINUX + "signature.c", "           comment_fits(signature, key);", "           true;")),
+    ("signature-by-id", "A signature counts as good if its key's id is known",
+     (LINUX + "enrolled.c",
+      "if (answer->fits || !cb_signature_fits(signature, &key, question->bytes, question->length))",
+      "if (answer->fits)")),
+    ("signed-for-another", "A signed file of another machine is taken",
+     (DAEMON + "reload.c", "reload->loaded.is_signed && strcmp", "false && strcmp")),
+    ("unsigned-taken", "A file that nobody signed is taken", (DAEMON + "load.c",
+     "return verdict != CB_ENROLLED_REFUSED;", "return true;")),
+    ("new-signature-ignored", "A signature that waits for its place is not looked at",
+     (LINUX + "enrolled.c", 'CB_SIGNATURE_SUFFIX ".new", question', 'CB_SIGNATURE_SUFFIX ".neu", question')),
+    ("net-linear-forgotten", "A network has no linear path", ("firmware/terms/bpnet.c",
+     "config->linear = source.linear_weights != 0;", "config->linear = false;")),
+    ("second-slopes", "Only the first output of a term has a slope", ("firmware/terms/terms.c",
+     "for (unsigned k = 0; k < term->outputs; ++k)\n            slopes",
+     "for (unsigned k = 0; k < 1; ++k)\n            slopes")),
+    ("volumetric-rate", "The slope of a volumetric term leaves the change of its angles out",
+     ("models/volumetric.c", "        add_cross(rate->error + a * CB_AXIS_ERRORS + 3, mm, turned);\n", "")),
+    ("slope-scale", "Slopes are 2 % too large",
+     (BOX + "tangent.c", "0.0f - sum * 1000.0f", "0.0f - sum * 1020.0f")),
+    ("slope-without-lead", "A slope begins where its axis was read",
+     (BOX + "tangent.c", "signals[signal].used", "signals[signal].value")),
+    ("unapplied-for-ever", "A channel that was not followed for a moment is never forgiven",
+     (BOX + "applied.c", "before_us - inside_us : 0", "before_us + inside_us : 0")),
+    ("line-not-applied", "A PLC on its way from one tangent to the next is taken for one that does not follow",
+     (BOX + "applied.c", "if (channel->tangent && config->plc.interpolate_us > 0)", "if (false)")),
+    ("frames-out-of-order", "A frame of a CAN queue may seem older than the one before it",
+     (LINUX + "can.c", "*time_us = can->not_before_us = take_control", "*time_us = take_control")),
+    ("sensors-unread", "The section sensors compares what its sensors had at the start",
+     (SIGNALS + "sensors.c", "        state->away[j] = signal->value - center[j];", "        (void)center;")),
+]
+
 MUTANTS = (DEFECTS_OF_THE_PAST + LIMITS + MODES + FRESHNESS + ARITHMETIC + WIRE + TIME + FILES + DAEMONS_WORK +
-           SECOND_LOOK)
+           SECOND_LOOK + THIRD_LOOK)
 
 
 def wrong_with(mutant, text_of):

@@ -55,6 +55,11 @@ std::optional<site_ceiling> ceiling_of(const machine &of, std::uint64_t seed) {
                         std::round(slowest * chance.between(1, 5)) + 1};
 }
 
+std::optional<file_signer> signer_of(std::uint64_t seed) {
+    if (!dice(seed, "signer").one_in(3)) return std::nullopt;
+    return file_signer(seed);
+}
+
 }  // namespace
 
 run::run(const run_options &with)
@@ -64,6 +69,7 @@ run::run(const run_options &with)
       net(box, with.seed),
       plc(box_machine, net, with.seed),
       faults(*this, with.faults, with.most, with.seed),
+      signer(signer_of(with.seed)),
       ceiling_(ceiling_of(box_machine, with.seed)),
       chance_(with.seed, "run") {
     if (ceiling_) lower_to(box_machine, *ceiling_);
@@ -104,6 +110,9 @@ run::run(const run_options &with)
     plc.scanned = [this](const fakeplc::plc_state &state) {
         each([&](invariant &one) { one.scanned(state); });
     };
+    box.files.make_folder(keys_path);
+    if (signer) box.files.put(std::string(keys_path) + "/factory.pub", signer->known_key());
+    sign(box_machine.text);
     box.files.replace(config_path, box_machine.text);
     note_file(box_machine.text);
     good_file = box_machine.text;
@@ -123,6 +132,15 @@ void run::note_file(const std::string &text) {
     if (!facts) return;
     if (ceiling_) lower_to(*facts, *ceiling_);
     files_.insert_or_assign(facts->revision, *facts);
+}
+
+// Beside the signature of the file before, while both are being replaced (hal/linux/enrolled.h).
+void run::sign(const std::string &text) {
+    if (!signer) return;
+    dice own(options.seed + signatures_++, "signature");
+    const bool is_beside = own.one_in(4);
+    if (!is_beside) box.files.remove(new_signature_path);
+    box.files.replace(is_beside ? new_signature_path : signature_path, signer->sign(text, own));
 }
 
 unsigned run::next_revision() {
@@ -151,7 +169,8 @@ void run::follow_file() {
     const unsigned now = loop->box->config.revision, before = taken_.back().revision;
     const bool first = std::exchange(runs_first_file_, true) == false;
     if (wrong_revisions.count(now) > 0 && options.faults.count(fault_kind::memory) == 0)
-        report("wrong file", fmt::format("revision {} runs, and has a mistake", now));
+        report("wrong file",
+               fmt::format("revision {} runs, and has a mistake or no signature", now));
     if (now == before || files_.count(now) == 0) return;
     taken_.push_back({time.now(), now});
     if (first) return;
@@ -303,6 +322,7 @@ void run::start_daemon() {
     if (ceiling_)
         words.insert(words.end(), {"--most-um", fmt::format("{}", ceiling_->um), "--most-um-per-s",
                                    fmt::format("{}", ceiling_->um_per_s)});
+    if (signer || options.seed % 2 == 0) words.insert(words.end(), {"--keys", keys_path});
     faults.starting();
     ++result_.starts;
     runs_first_file_ = false;

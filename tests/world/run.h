@@ -21,6 +21,7 @@
 #include "tests/world/network.h"
 #include "tests/world/plc_side.h"
 #include "tests/world/serial_line.h"
+#include "tests/world/signing.h"
 
 namespace compbox::world {
 
@@ -80,9 +81,16 @@ class run {
     bool knows_revision_of(const std::string &text);
     std::string good_file_of(unsigned revision);
     std::set<unsigned> wrong_revisions;  // of files that no box takes
+    // Of machines whose box knows a key.
+    const std::optional<file_signer> signer;
+    // Signs what comes to config_path, before it comes.
+    void sign(const std::string &text);
     // out: after so long with enable off all outputs are zero
     time_ns rest_ns();
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";
+    static constexpr const char *signature_path = "/etc/compbox/coefficients.json.minisig";
+    static constexpr const char *new_signature_path = "/etc/compbox/coefficients.json.minisig.new";
+    static constexpr const char *keys_path = "/etc/compbox/keys";
     static constexpr const char *state_path = "/var/lib/compbox/state";
     static constexpr const char *stats_path = "/run/stats.json";
     static constexpr const char *snapshot_path = "/run/snapshot.json";
@@ -150,6 +158,7 @@ class run {
     bool runs_first_file_ = false;      // of this daemon
     time_ns ticked_ns_ = 0;
     std::optional<site_ceiling> ceiling_;
+    std::uint64_t signatures_ = 0;
     std::uint64_t quiet_ = 0;  // cycles without faults, behind those of the options
     run_result result_;
     dice chance_;
