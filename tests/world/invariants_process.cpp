@@ -20,7 +20,10 @@ namespace {
 class exit_invariant : public invariant {
   public:
     explicit exit_invariant(run &of) : invariant(of, "exit") {}
-    void started() override { has_reason_ = is_incomplete_ = stopped_ = false; }
+    void started() override {
+        has_reason_ = is_incomplete_ = stopped_ = false;
+        asked_ns_ = never;
+    }
     void logged(const std::string &line) override {
         has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
         is_incomplete_ =

@@ -70,11 +70,8 @@ const edge edges[] = {
     // A late FC23 of a given-up connection comes behind the reading that finds the PLC again.
     {"slew", 6000650, 470, "delay,foreign",
      to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 3; })},
-    // An axis moves off between two sampled readings.
-    {"slope", 310119, 300, "reset,enable,restart",
-     to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
-    // A box that was silent had STANDBY before its first write.
-    {"slope", 311026, 6000, "line",
+    // A slope is judged while its axis moves.
+    {"reference", 6000012, 1000, "enable",
      to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
     // One motor of a stage is five times slower than the other.
     {"models", 310623, 6000, "state,line,can", to_channels([](cb_channel_config &channel) {
@@ -407,7 +404,7 @@ TEST(rows, those_in_two_files_of_the_black_box_are_found) {
 
 run_options with_quiet_end() {
     run_options options;
-    options.seed = 3;
+    options.seed = 16;  // its box knows no key
     options.cycles = 12000;
     options.faults = {fault_kind::hostile};     // so the recovery is judged …
     options.most = {{fault_kind::hostile, 0}};  // … and the test's own file is the only one
@@ -420,6 +417,7 @@ void restart_with(run &world, time_ns at, const std::function<void(json &)> &cha
         json root = json::parse(world.box_machine.text);
         root["revision"] = world.next_revision();
         change(root);
+        world.sign(root.dump(1));
         world.box.files.replace(run::config_path, root.dump(1));
         world.note_file(root.dump(1));
         world.faults.note(fault_kind::hostile, "another file and a restart");
