@@ -33,11 +33,12 @@ void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
     start(rtu, config, opener);
 }
 
-/* Takes the pending bytes, without waiting. The line is free 3.5 characters after them. */
+/* Takes the pending bytes, without waiting. The line is free 3.5 characters after them; they may
+ * have come since now_us, if this thread did not run. */
 static size_t receive(struct cb_rtu *rtu, uint8_t *bytes, size_t size, int64_t now_us) {
     const uint32_t disconnects = rtu->serial.disconnects;
     const size_t got = cb_serial_receive(&rtu->serial, bytes, size, now_us);
-    if (got > 0) rtu->line_free_us = now_us + rtu->between_us;
+    if (got > 0) rtu->line_free_us = cb_boottime_us() + rtu->between_us;
     if (rtu->serial.disconnects != disconnects) {
         rtu->counters.device_errors++;
         cb_rtu_dialog_doubt(&rtu->dialog);

@@ -59,6 +59,8 @@ class invariant {
     // The box asks the module of a unit on its bus. prompt: the one asked before has replied;
     // first: since the adapter was plugged in.
     virtual void module_asked(int /* unit */, bool /* prompt */, bool /* first */) {}
+    // It sends on a serial line, so long behind the last byte there; `silence` ends a frame.
+    virtual void line_asked(time_ns /* quiet */, time_ns /* silence */) {}
     virtual void reply_torn(time_ns) {}  // a part has come, and this long before the rest
     virtual void scanned(const fakeplc::plc_state &) {}   // a scan of the PLC program
     virtual void sampled(const std::string &, double) {}  // a signal on a wire of its own was sent

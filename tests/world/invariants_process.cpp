@@ -330,7 +330,8 @@ class overrun_invariant : public invariant {
         if (score_ >= fault_score && full_ns_ == never) full_ns_ = now;
     }
     void exchanged(const exchange &seen) override {
-        if (seen.written.empty()) return;
+        if (seen.written.empty() || seen.sent < sent_ns_) return;
+        sent_ns_ = seen.sent;
         const machine &facts = of_.author_of(seen);
         const unsigned mode = block_of(facts, seen).mode;
         if (mode == fakeplc::box_mode::fault) forget();  // the box: behind a fault of any reason
@@ -361,6 +362,7 @@ class overrun_invariant : public invariant {
     static constexpr int fault_score = 18;  // the box: 16
     static constexpr int few = 12;
     std::uint64_t steps_ = 0;  // of this daemon
+    time_ns sent_ns_ = 0;      // the newest write
     int score_ = 0, good_ = 0;
     int possible_ = 0;  // periods that may have been missed since the start or the last FAULT
     bool in_fault_ = false;

@@ -45,6 +45,19 @@ class order_invariant : public invariant {
     bool doubt_ = true;  // of a serial line
 };
 
+// Before a request a serial line is silent for long enough for a slave to know where it begins.
+class gap_invariant : public invariant {
+  public:
+    explicit gap_invariant(run &of) : invariant(of, "gap") {}
+    void line_asked(time_ns quiet, time_ns silence) override {
+        if (quiet < silence)
+            violated(
+                fmt::format("a request is sent {} µs behind the last byte, a frame ends with "
+                            "{} µs of silence",
+                            quiet / us, silence / us));
+    }
+};
+
 // The statistics of a daemon that ended agree with what the calls and the wire say.
 class account_invariant : public invariant {
   public:
@@ -187,6 +200,7 @@ class nodes_invariant : public invariant {
 
 void add_wire(run &of, invariants &all) {
     all.push_back(std::make_unique<order_invariant>(of));
+    all.push_back(std::make_unique<gap_invariant>(of));
     all.push_back(std::make_unique<account_invariant>(of));
     all.push_back(std::make_unique<pace_invariant>(of));
     all.push_back(std::make_unique<nodes_invariant>(of));

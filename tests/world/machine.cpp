@@ -639,6 +639,20 @@ struct draft {
         }
     }
 
+    // Likewise: slower and faster lines, and other parities.
+    void draw_lines() {
+        dice own(made.twin.seed, "lines");
+        static const std::vector<unsigned> bauds = {9600, 19200, 38400, 115200};
+        static const std::vector<std::string> parities = {"none", "even", "odd"};
+        if (root.contains("buses") && own.one_in(2)) {
+            root["buses"][0]["rtu"]["baud"] = own.one_of(bauds);
+            root["buses"][0]["rtu"]["parity"] = own.one_of(parities);
+        }
+        json &transport = root["plc"]["transport"];
+        if (transport.contains("rtu") && made.period_us >= 60000 && own.one_in(2))
+            transport["rtu"]["baud"] = 115200;
+    }
+
     // Likewise: other byte orders, of a PLC that may have any, and lags of squares.
     void draw_orders() {
         dice own(made.twin.seed, "orders");
@@ -786,6 +800,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_polynomials();
     file.draw_volumetric();
     file.draw_orders();
+    file.draw_lines();
     file.draw_velocities();
     file.draw_redundant();
     file.draw_second_outputs();

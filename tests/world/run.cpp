@@ -241,7 +241,7 @@ void run::connect_wires() {
                     done.duration / ms * ms, done.alone, done.stray == stray_reply::other_unit};
             });
         plc_line->asks = [this](const serial_line::question &before,
-                                const fakeplc::byte_string &now) {
+                                const fakeplc::byte_string &now, time_ns quiet) {
             const question asked{true,
                                  before.frame.empty(),
                                  before.settled,
@@ -249,16 +249,20 @@ void run::connect_wires() {
                                  is_probe(now),
                                  before.damaged && before.frame[1] == 3,
                                  now == before.frame};
-            each([&](invariant &one) { one.asked(asked); });
+            each([&](invariant &one) {
+                one.asked(asked);
+                one.line_asked(quiet, plc_line->silence());
+            });
         };
     }
     if (!box_machine.modules.empty()) {
         bus_line = std::make_unique<serial_line>(box, "/dev/ttyS1", seed);
         bus_line->faults = &faults;
         bus_line->asks = [this](const serial_line::question &before,
-                                const fakeplc::byte_string &now) {
+                                const fakeplc::byte_string &now, time_ns quiet) {
             each([&](invariant &one) {
                 one.module_asked(now[0], before.prompt, before.frame.empty());
+                one.line_asked(quiet, bus_line->silence());
             });
         };
         for (const auto &module : box_machine.modules) modules_.add(module);

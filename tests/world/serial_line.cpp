@@ -116,7 +116,9 @@ void serial_line::transmit(const fakeplc::byte_string &bytes) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(false);
     std::size_t flipped = 0;
     const fakeplc::byte_string on_wire = spoilt(bytes, fate, &flipped);
-    if (asks) asks(newest_, bytes);
+    // A byte that the box has not read may come while it sends.
+    if (asks) asks(newest_, bytes, inbox_.empty() ? of_.time.now() - busy_ns_ : never);
+    busy_ns_ = of_.time.now() + static_cast<time_ns>(bytes.size()) * character() * 10 / 11;
     newest_ = {bytes, of_.time.now(), fate.delay_ns == 0 && free_ns_[0] <= of_.time.now()};
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
@@ -174,6 +176,7 @@ void serial_line::deliver(const fakeplc::byte_string &bytes, time_ns from) {
         of_.time.at(from, [this, part, plug = plugs_] {
             if (!plugged_ || plug != plugs_) return;
             inbox_ += part;
+            busy_ns_ = std::max(busy_ns_, of_.time.now());
             of_.hash.add(part);
             of_.changed();
         });

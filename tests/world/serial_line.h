@@ -41,8 +41,10 @@ class serial_line {
         bool prompt = false;   // it came whole, and on time by any deadline …
         bool damaged = false;  // … or with a wrong check sum alone
     };
-    // Called when the box sends the next one.
-    std::function<void(const question &before, const fakeplc::byte_string &now)> asks;
+    // Called when the box sends the next one. quiet: since the last byte that came to it, or that
+    // it sent; never: it has not read all.
+    std::function<void(const question &before, const fakeplc::byte_string &now, time_ns quiet)>
+        asks;
 
     // Makes the device.
     serial_line(computer &of, const std::string &device, std::uint64_t seed);
@@ -56,6 +58,9 @@ class serial_line {
     void plug(bool in);
     // out: of one character at the line's speed
     time_ns character() const { return 11 * second / baud_; }
+    // out: what ends a frame (Modbus over serial line 1.02, 2.5.1.1): 3.5 characters, without
+    // parity of 10 bits
+    time_ns silence() const { return baud_ > 19200 ? 1750 * us : 35 * second / baud_; }
 
     line_faults *faults = nullptr;
 
@@ -77,6 +82,7 @@ class serial_line {
     bool plugged_ = true;
     std::uint64_t plugs_ = 0;      // descriptors of an earlier adapter are dead
     time_ns free_ns_[2] = {0, 0};  // end of the last byte, from and to the box
+    time_ns busy_ns_ = 0;          // the last time when the box knew of a byte
 };
 
 // Slaves of a line: whole requests of a unit to replies.
