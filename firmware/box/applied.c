@@ -23,11 +23,13 @@ static void note(struct cb_applied_channel *state, float um) {
 }
 
 /* The straight line to a new tangent begins at the one before: at the new reference that is not the
- * value that was sent, once the axis has moved. */
+ * value that was sent, once the axis has moved. A position that jumps makes no value beyond most_um
+ * a sent one. */
 static void note_line(struct cb_applied_channel *state, float sent_um, float slope_um_per_m,
-                      float reference_mm) {
+                      float reference_mm, float most_um) {
     const float way_m = (reference_mm - state->line_reference_mm) * 1e-3f;
-    note(state, state->line_um + state->line_slope_um_per_m * way_m);
+    const float there_um = state->line_um + state->line_slope_um_per_m * way_m;
+    note(state, cb_clamp(there_um, -most_um, most_um));
     state->line_um = sent_um;
     state->line_slope_um_per_m = slope_um_per_m;
     state->line_reference_mm = reference_mm;
@@ -112,7 +114,8 @@ void cb_applied_step(const struct cb_config *config, struct cb_applied_state *st
         if (over) begin_quarter(of, channels[i].sent_um);
         note(of, channels[i].sent_um);
         if (channel->tangent && config->plc.interpolate_us > 0)
-            note_line(of, channels[i].sent_um, channels[channel->slope].sent_um, reference_mm[i]);
+            note_line(of, channels[i].sent_um, channels[channel->slope].sent_um, reference_mm[i],
+                      channel->error_um);
         if (!registers) continue;
         const float um = cb_channel_decode(channel, registers + channel->applied_reg);
         judge(config, i, of, counters, um, elapsed_us, judged);
