@@ -95,7 +95,8 @@ static bool send_request(struct cb_rtu *rtu, uint8_t unit,
         return false;
     }
     rtu->counters.requests++;
-    rtu->line_free_us = now_us + cb_rtu_frame_us(&rtu->serial.config.line, bytes) + rtu->between_us;
+    rtu->line_free_us =
+        cb_boottime_us() + cb_rtu_frame_us(&rtu->serial.config.line, bytes) + rtu->between_us;
     cb_rtu_receiver_expect(&rtu->receiver, unit, request, now_us);
     return true;
 }

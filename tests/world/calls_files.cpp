@@ -39,8 +39,8 @@ void describe(const node *file, struct stat *to) {
     if (file == nullptr) return;
     to->st_dev = 1;
     to->st_ino = static_cast<ino_t>(file->number);
-    to->st_mode = type_of(file->kind) | 0644;
-    to->st_uid = 1000;  // a person
+    to->st_mode = type_of(file->kind) | file->permissions;
+    to->st_uid = file->owner;
     to->st_size = static_cast<off_t>(file->bytes.size());
     to->st_mtim = {file->modified_ns / second, file->modified_ns % second};
     to->st_ctim = {file->changed_ns / second, file->changed_ns % second};

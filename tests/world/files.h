@@ -25,6 +25,7 @@ struct node {
     std::string durable;  // content after a power cut …
     bool dirty = false;   // … unless some of what was written since then survives
     std::string target;   // of a link
+    unsigned owner = 1000, permissions = 0644;
     time_ns modified_ns = 0, changed_ns = 0;  // of the wall clock
     time_ns replaced_ns = 0;  // age of the link whose place a rename gave it; 0: none
     // Opens a device.

@@ -639,6 +639,26 @@ struct draft {
         }
     }
 
+    // Likewise: a term of what a person measures, and of how often.
+    void draw_hand() {
+        dice own(made.twin.seed, "hand");
+        if (!own.one_in(4)) return;
+        made.is_measured = true;
+        root["signals"].push_back(
+            {{"name", "H"}, {"unit", "um"}, {"hand", "H"}, {"min", -500}, {"max", 500}});
+        root["signals"].push_back({{"name", "H_n"},
+                                   {"unit", "1"},
+                                   {"hand", "H"},
+                                   {"part", "count"},
+                                   {"min", 0},
+                                   {"max", 65535}});
+        root["terms"].push_back({{"name", "by_hand"},
+                                 {"type", "linear"},
+                                 {"inputs", {"H", "H_n"}},
+                                 {"weights", {rounded(own.between(0.01, 0.05)), 0.1}}});
+        root["channels"][0]["sum"].push_back("by_hand");
+    }
+
     // Likewise: slower and faster lines, and other parities.
     void draw_lines() {
         dice own(made.twin.seed, "lines");
@@ -801,6 +821,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_volumetric();
     file.draw_orders();
     file.draw_lines();
+    file.draw_hand();
     file.draw_velocities();
     file.draw_redundant();
     file.draw_second_outputs();

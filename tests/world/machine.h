@@ -54,6 +54,7 @@ struct machine {
     // out: nullptr if there is none of that name
     const signal_facts *signal(const std::string &name) const;
     std::string plc_device;            // of a serial line to the PLC; "": TCP
+    bool is_measured = false;          // by hand
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
     std::vector<can_node> nodes;
     std::vector<std::string> temperatures;  // signals of the PLC that wander …

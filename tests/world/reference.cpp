@@ -177,6 +177,7 @@ void reference_box::take_signals(const json &root) {
         made.name = entry.at("name");
         const std::string unit = entry.value("unit", "");
         made.from_plc = entry.contains("plc");
+        made.waits_ns = 3 * period_ns_ + (entry.contains("hand") ? 1100 : 100) * ms;
         made.leads = made.from_plc && (unit == "mm" || unit == "deg");
         made.min = entry.value("min", 0.0);
         made.max = entry.value("max", 0.0);
@@ -617,8 +618,7 @@ void reference_box::look(time_ns now) {
             near += velocity.near * (lead_s_ + lead_unsure_s_);
         }
         if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
-        // A sample waits for the next step of the box.
-        if (!one.from_plc && now - one.at_ns < 3 * period_ns_ + 100 * ms)
+        if (!one.from_plc && now - one.at_ns < one.waits_ns)
             near += std::fabs(one.value - one.before);
         used_.push_back(value);
         unsure_.push_back(near);

@@ -103,7 +103,8 @@ class reference_box {
         double min = 0, max = 0, rate_per_s = 0, unit = 0;
         time_ns max_age_ns = 0;
         bool from_plc = false, leads = false;
-        std::size_t source = 0;                // of a lag the signal behind it, else itself
+        time_ns waits_ns = 0;    // a sample, for the step of the box that takes it, at most
+        std::size_t source = 0;  // of a lag the signal behind it, else itself
         std::optional<std::size_t> watched{};  // its place among the sensors that check each other
         // of the newest value that the box accepts
         bool known = false;

@@ -274,6 +274,13 @@ void run::connect_wires() {
             });
         wander_modules();
     }
+    if (box_machine.is_measured) {
+        measurer = std::make_unique<person>(time, box, seed);
+        measurer->told = [this](double um, unsigned count) {
+            each([&](invariant &one) { one.sampled("H", um); });
+            each([&](invariant &one) { one.sampled("H_n", count); });
+        };
+    }
     if (box_machine.nodes.empty()) return;
     can = std::make_unique<can_bus>(box, box_machine.nodes, seed);
     can->heard = [this](int node, double degC) {
@@ -339,6 +346,7 @@ void run::start_daemon() {
     cycles_of_daemon = 0;
     stop_asked = false;
     each([](invariant &one) { one.started(); });
+    if (measurer) measurer->daemon_starts();
     box.start_daemon(words);
 }
 

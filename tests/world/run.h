@@ -19,6 +19,7 @@
 #include "tests/world/invariants.h"
 #include "tests/world/machine.h"
 #include "tests/world/network.h"
+#include "tests/world/person.h"
 #include "tests/world/plc_side.h"
 #include "tests/world/serial_line.h"
 #include "tests/world/signing.h"
@@ -60,6 +61,7 @@ class run {
     plc_side plc;
     std::unique_ptr<serial_line> plc_line, bus_line;  // null: the machine has none
     std::unique_ptr<can_bus> can;
+    std::unique_ptr<person> measurer;
     fault_injector faults;
 
     bool asked_to_stop = false;  // SIGTERM, or --cycles

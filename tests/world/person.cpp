@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: MIT
+#include "tests/world/person.h"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace compbox::world {
+
+person::person(scheduler &time, computer &box, std::uint64_t seed)
+    : time_(time), box_(box), chance_(seed, "person") {
+    time_.at(3 * second, [this] { measure(); });
+}
+
+void person::daemon_starts() {
+    um_ = 0;
+    count_ = 0;
+    tell();
+}
+
+// A sample is used for two seconds.
+void person::tell() {
+    if (told) told(um_, count_);
+    time_.at(time_.now() + 1300 * ms, [this, plan = ++told_] {
+        if (plan == told_) tell();
+    });
+}
+
+std::string person::line(double um, std::int64_t unix_s) const {
+    return fmt::format("H {:.1f} {} {}\n", um, number_, unix_s);
+}
+
+void person::put(const std::string &text) {
+    box_.files.replace(path, text);
+}
+
+// The box takes nothing of it.
+std::string person::mistake(std::int64_t now_s) {
+    const double um = std::round(chance_.between(-4000, 4000)) / 10;
+    const std::string good = line(um, now_s);
+    const std::vector<std::string> wrong = {
+        line(um, now_s - static_cast<std::int64_t>(chance_.log_between(303, 1000))),
+        line(um, now_s + static_cast<std::int64_t>(chance_.log_between(63, 300))),
+        fmt::format("Q {:.1f} {} {}\n", um, number_, now_s),
+        good + "H 4.2 1\n",
+        good + "a word\n",
+        fmt::format("H nan {} {}\n", number_, now_s),
+        fmt::format("H 1000001 {} {}\n", number_, now_s),
+        fmt::format("H {:.1f} 65536 {}\n", um, now_s),
+        fmt::format("H {:.1f} {} {} 5\n", um, number_, now_s),
+        "",
+        good + std::string(2048, '\n'),
+    };
+    return chance_.one_of(wrong);
+}
+
+void person::measure() {
+    const std::int64_t now_s = box_.wall() / second;
+    time_.at(time_.now() + chance_.time_between(2 * second, 8 * second), [this] { measure(); });
+    number_ = (number_ + 1) % 65536;
+    const std::string before = std::exchange(before_, "");
+    switch (chance_.below(8)) {
+        case 0:
+        case 1:
+            return put(mistake(now_s));
+        case 3:  // the same measurement again, whatever its value
+            if (before.empty()) return;
+            return put("H 123.4" + before);
+        case 2:  // a file of somebody else, or one that others may write
+            put(line(5, now_s));
+            if (chance_.one_in(2))
+                box_.files.find(path)->owner = 1001;
+            else
+                box_.files.find(path)->permissions = chance_.one_in(2) ? 0664 : 0646;
+            return;
+        default:
+            break;
+    }
+    um_ = std::round(chance_.between(-4000, 4000)) / 10;
+    ++count_;
+    before_ = fmt::format(" {} {}\n", number_, now_s);
+    put((chance_.one_in(3) ? fmt::format("A 1.5 {} {}\n", number_, now_s) : "") + line(um_, now_s));
+    tell();
+}
+
+}  // namespace compbox::world
