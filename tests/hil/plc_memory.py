@@ -71,9 +71,15 @@ class PlcMemory:
             self.values = self.motion(now - self.start_s)
         for address, word in machine.signal_registers(self.values).items():
             self.registers[address] = word
-        self.registers[machine.CONTROL] = self.control
+        self.registers[machine.CONTROL] = self.control | self._pressed()
         if self.heartbeat_alive:
             self.registers[machine.PLC_HEARTBEAT] = (int(now * 100) - self.beat_back) & 0xFFFF
+
+    def _pressed(self):
+        """A box of a machine that stood still again and again is in FAULT, and the operator presses reset."""
+        last = self.last()
+        stood_still = last is not None and (last.mode, last.reason) == (machine.FAULT, machine.OVERRUN)
+        return machine.RESET if stood_still else 0
 
     def write(self, start, words):
         self.registers[start:start + len(words)] = words

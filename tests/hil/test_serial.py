@@ -11,12 +11,12 @@ import time
 import pytest
 
 import box as box_module
+import machine
 from realtime import run_before_others
 from rtu_machine import coefficients, with_crc
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SPY = os.environ.get("SPY", ROOT / "build/host/tests/hil/libhil_spy.so")
-OVERRUN_FAULT = (4, 19)  # mode and reason
 FAKEPLC = os.environ.get("FAKEPLC", ROOT / "build/host/bin/fakeplc")
 
 
@@ -47,14 +47,14 @@ class FakePlc:
 
 
 def reaches(plc, um, timeout_s=200):
-    """Waits for an applied value, less long than ctest does for this file. A box of a machine that stood still again and
-    again is in FAULT, and the operator presses reset."""
+    """Waits for an applied value, less long than ctest does for this file. As in plc_memory.py, the operator presses
+    reset."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         status = plc.status
         if abs(float(status["applied_X"]) - um) < 0.1:
             return True
-        if (int(status["mode"]), int(status["reason"])) == OVERRUN_FAULT:
+        if (int(status["mode"]), int(status["reason"])) == (machine.FAULT, machine.OVERRUN):
             plc.command("reset")
         time.sleep(0.05)
     return False
