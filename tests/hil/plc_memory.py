@@ -76,10 +76,10 @@ class PlcMemory:
             self.registers[machine.PLC_HEARTBEAT] = (int(now * 100) - self.beat_back) & 0xFFFF
 
     def _pressed(self):
-        """A box of a machine that stood still again and again is in FAULT, and the operator presses reset."""
+        """A box of a machine that stood still again and again is in FAULT; the operator presses reset each second."""
         last = self.last()
         stood_still = last is not None and (last.mode, last.reason) == (machine.FAULT, machine.OVERRUN)
-        return machine.RESET if stood_still else 0
+        return machine.RESET if stood_still and int(2 * self.now_s()) % 2 else 0
 
     def write(self, start, words):
         self.registers[start:start + len(words)] = words
