@@ -19,8 +19,8 @@ enum lie_way { not_a_number, stuck, jump, out_of_range, noise, drift, at_bound, 
 // Words of a number that a register of this format can hold, but the sensor never means.
 std::vector<std::uint16_t> odd_words(const fakeplc::number_format &format, dice &chance) {
     static const std::vector<std::vector<std::uint16_t>> odd_floats = {
-        {0x7FC0, 0},      {0x7F80, 0},      {0xFF80, 0}, {0x0000, 1},
-        {0x7F7F, 0xFFFF}, {0xFFFF, 0xFFFF}, {0x8000, 0}};
+        {0x7FC0, 0}, {0x7F80, 0},      {0xFF80, 0},      {0x7F80, 0}, {0xFF80, 0},
+        {0x0000, 1}, {0x7F7F, 0xFFFF}, {0xFFFF, 0xFFFF}, {0x8000, 0}};
     static const std::vector<std::uint16_t> odd = {0x0000, 0x7FFF, 0x8000, 0xFFFF};
     if (format.what == fakeplc::number_format::kind::floating) return chance.one_of(odd_floats);
     std::vector<std::uint16_t> words;
@@ -332,8 +332,10 @@ void fault_injector::lie_about_applied(dice &drawn) {
     const double value_um = drawn.one_in(2)   ? drawn.between(-300, 300)
                             : drawn.one_in(2) ? far_um
                                               : -far_um;
-    const auto words = drawn.one_in(6) ? odd_words(channel.format, drawn)
-                                       : channel.format.encode(value_um / channel.scale_um);
+    const bool real = channel.format.what == fakeplc::number_format::kind::floating;
+    const auto words = drawn.one_in(real ? 2 : 6)
+                           ? odd_words(channel.format, drawn)
+                           : channel.format.encode(value_um / channel.scale_um);
     const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
     note(fault_kind::foreign,
          fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));

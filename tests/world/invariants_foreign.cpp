@@ -30,6 +30,7 @@ class applied_invariant : public invariant {
         channels_.assign(channels_.size(), {});
         sent_.clear();
         read_ns_ = 0;
+        start_ns_ = of_.time.now();
     }
     // The PLC may still apply what was sent before.
     void taken(const machine &, const machine &) override { channels_.clear(); }
@@ -118,6 +119,10 @@ class applied_invariant : public invariant {
             new_low = std::min(new_low, one.block.um[c]);
             new_high = std::max(new_high, one.block.um[c]);
         }
+        if (read_ns_ - start_ns_ < of_late) {  // a box that starts has sent zero so far
+            low = std::min(low, 0.0);
+            high = std::max(high, 0.0);
+        }
         if (!(elapsed_s > 0 && um >= new_low && um <= new_high)) outside_ns_ = read_ns_;
         const double near = 2 * (facts.map.deadband_um.value_or(0.1) + channel.unit_um) + 0.01;
         const bool inside = sent_.empty() || (um >= low - near && um <= high + near);
@@ -134,7 +139,7 @@ class applied_invariant : public invariant {
     bool judged_, hears_all_;
     std::vector<channel_state> channels_;
     std::deque<sent_block> sent_;  // of late
-    time_ns read_ns_ = 0;
+    time_ns read_ns_ = 0, start_ns_ = 0;
     time_ns outside_ns_ = 0;  // the newest time when a channel was not what was sent just now
 };
 
