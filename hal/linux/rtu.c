@@ -33,12 +33,18 @@ void cb_rtu_start_bus(struct cb_rtu *rtu, const struct cb_serial_config *config,
     start(rtu, config, opener);
 }
 
-/* Takes the pending bytes, without waiting. The line is free 3.5 characters after them; they may
- * have come since now_us, if this thread did not run. */
+/* No request begins before 3.5 characters behind these bytes. */
+static void keep_silent(struct cb_rtu *rtu, int64_t last_us) {
+    const int64_t free_us = last_us + rtu->between_us;
+    if (free_us > rtu->line_free_us) rtu->line_free_us = free_us;
+}
+
+/* Takes the pending bytes, without waiting. The line is free 3.5 characters after them, and after a
+ * request that is still on its way. They may have come since now_us, if this thread did not run. */
 static size_t receive(struct cb_rtu *rtu, uint8_t *bytes, size_t size, int64_t now_us) {
     const uint32_t disconnects = rtu->serial.disconnects;
     const size_t got = cb_serial_receive(&rtu->serial, bytes, size, now_us);
-    if (got > 0) rtu->line_free_us = cb_boottime_us() + rtu->between_us;
+    if (got > 0) keep_silent(rtu, cb_boottime_us());
     if (rtu->serial.disconnects != disconnects) {
         rtu->counters.device_errors++;
         cb_rtu_dialog_doubt(&rtu->dialog);
@@ -95,8 +101,7 @@ static bool send_request(struct cb_rtu *rtu, uint8_t unit,
         return false;
     }
     rtu->counters.requests++;
-    rtu->line_free_us =
-        cb_boottime_us() + cb_rtu_frame_us(&rtu->serial.config.line, bytes) + rtu->between_us;
+    keep_silent(rtu, cb_boottime_us() + cb_rtu_frame_us(&rtu->serial.config.line, bytes));
     cb_rtu_receiver_expect(&rtu->receiver, unit, request, now_us);
     return true;
 }
