@@ -14,8 +14,8 @@ READ, WRITE = (0, 32), (100, 16)          # first register, count
 CONTROL, PLC_HEARTBEAT, STATUS, BOX_HEARTBEAT = 0, 1, 100, 101
 READING = 31                              # counts the readings of the read block
 ENABLE, REFERENCED, RESET, PERMIT_RESUME = 1, 2, 4, 8
-OVERRUN = 19                # the reason of a box that missed its periods
 STANDBY, ACTIVE, HOLD, RAMP, FAULT, STOPPED = range(6)
+STOOD_STILL = (FAULT, 19)   # mode and reason of a box that missed its periods
 
 FILE = {
     "format": "compbox/1",

@@ -78,7 +78,7 @@ class PlcMemory:
     def _pressed(self):
         """A box of a machine that stood still again and again is in FAULT; the operator presses reset each second."""
         last = self.last()
-        stood_still = last is not None and (last.mode, last.reason) == (machine.FAULT, machine.OVERRUN)
+        stood_still = last is not None and (last.mode, last.reason) == machine.STOOD_STILL
         return machine.RESET if stood_still and int(2 * self.now_s()) % 2 else 0
 
     def write(self, start, words):

@@ -54,7 +54,7 @@ def reaches(plc, um, timeout_s=200):
         status = plc.status
         if abs(float(status["applied_X"]) - um) < 0.1:
             return True
-        if (int(status["mode"]), int(status["reason"])) == (machine.FAULT, machine.OVERRUN):
+        if (int(status["mode"]), int(status["reason"])) == machine.STOOD_STILL:
             plc.command("reset")
         time.sleep(0.05)
     return False

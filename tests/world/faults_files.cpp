@@ -245,10 +245,7 @@ void fault_injector::heal_files() {
     files.hangs_until_ns = renames_fail_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
-    if (of_.revision == 1) return;
-    const std::string good = of_.good_file_of(of_.next_revision());
-    of_.sign(good);
-    files.replace(run::config_path, good);
+    if (of_.revision > 1) of_.put_signed(of_.good_file_of(of_.next_revision()));
 }
 
 }  // namespace compbox::world

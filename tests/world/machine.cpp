@@ -195,11 +195,13 @@ struct draft {
         }
     }
 
-    std::vector<double> values(std::size_t count, double most) {
+    static std::vector<double> values_of(dice &from, std::size_t count, double most) {
         std::vector<double> drawn;
-        for (std::size_t i = 0; i < count; ++i)
-            drawn.push_back(rounded(chance.between(-most, most)));
+        for (std::size_t i = 0; i < count; ++i) drawn.push_back(rounded(from.between(-most, most)));
         return drawn;
+    }
+    std::vector<double> values(std::size_t count, double most) {
+        return values_of(chance, count, most);
     }
 
     std::string random_axis() { return axis_signals()[chance.below(3)]; }
@@ -545,7 +547,7 @@ struct draft {
                 term["output_scale"] = {rounded(own.between(0.3, 1.5))};
             }
             if (!(is_net || term.contains("bank")) || term.contains("sigma") || !own.one_in(2) ||
-                slopes().count(term["name"]) > 0)
+                parts_of_terms().count(term["name"]) > 0)
                 continue;
             const std::string first = is_net ? term["outputs"][0] : term["name"];
             term["name"] = first + "_two";
@@ -572,14 +574,8 @@ struct draft {
         net["output_center"].push_back(rounded(own.between(-5, 5)));
         net["output_scale"].push_back(rounded(own.between(0.3, 1.5)));
     }
-    static std::vector<double> values_of(dice &own, std::size_t count, double most) {
-        std::vector<double> made_values;
-        for (std::size_t i = 0; i < count; ++i)
-            made_values.push_back(rounded(own.between(-most, most)));
-        return made_values;
-    }
-    // Terms whose output is µm/mm, and terms that a probe adapts.
-    std::set<std::string> slopes() const {
+    // Terms that another term uses: for a product, where the output is µm/mm, or to adapt it.
+    std::set<std::string> parts_of_terms() const {
         std::set<std::string> names;
         for (const auto &term : root["terms"])
             for (const char *key : {"term", "of"})

@@ -36,9 +36,13 @@ void person::put(const std::string &text) {
     box_.files.replace(path, text);
 }
 
+double person::measured_um() {
+    return std::round(chance_.between(-4000, 4000)) / 10;
+}
+
 // The box takes nothing of it.
 std::string person::mistake(std::int64_t now_s) {
-    const double um = std::round(chance_.between(-4000, 4000)) / 10;
+    const double um = measured_um();
     const std::string good = line(um, now_s);
     const std::vector<std::string> wrong = {
         line(um, now_s - static_cast<std::int64_t>(chance_.log_between(303, 1000))),
@@ -65,20 +69,20 @@ void person::measure() {
         case 0:
         case 1:
             return put(mistake(now_s));
-        case 3:  // the same measurement again, whatever its value
-            if (before.empty()) return;
-            return put("H 123.4" + before);
-        case 2:  // a file of somebody else, or one that others may write
+        case 2:  // the file belongs to another user, or other users may write it
             put(line(5, now_s));
             if (chance_.one_in(2))
                 box_.files.find(path)->owner = 1001;
             else
                 box_.files.find(path)->permissions = chance_.one_in(2) ? 0664 : 0646;
             return;
+        case 3:  // the same measurement again, whatever its value
+            if (before.empty()) return;
+            return put("H 123.4" + before);
         default:
             break;
     }
-    um_ = std::round(chance_.between(-4000, 4000)) / 10;
+    um_ = measured_um();
     ++count_;
     before_ = fmt::format(" {} {}\n", number_, now_s);
     put((chance_.one_in(3) ? fmt::format("A 1.5 {} {}\n", number_, now_s) : "") + line(um_, now_s));

@@ -29,6 +29,7 @@ class person {
     void tell();
     void put(const std::string &text);
     std::string line(double um, std::int64_t unix_s) const;
+    double measured_um();
     std::string mistake(std::int64_t now_s);
 
     scheduler &time_;

@@ -112,8 +112,7 @@ run::run(const run_options &with)
     };
     box.files.make_folder(keys_path);
     if (signer) box.files.put(std::string(keys_path) + "/factory.pub", signer->known_key());
-    sign(box_machine.text);
-    box.files.replace(config_path, box_machine.text);
+    put_signed(box_machine.text);
     note_file(box_machine.text);
     good_file = box_machine.text;
     taken_ = combined_ = {{0, 1}};
@@ -144,6 +143,11 @@ void run::sign(const std::string &text) {
     const bool is_beside = own.one_in(4);
     if (!is_beside) box.files.remove(new_signature_path);
     box.files.replace(is_beside ? new_signature_path : signature_path, signer->sign(text, own));
+}
+
+void run::put_signed(const std::string &text) {
+    sign(text);
+    box.files.replace(config_path, text);
 }
 
 unsigned run::next_revision() {

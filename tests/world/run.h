@@ -87,6 +87,7 @@ class run {
     const std::optional<file_signer> signer;
     // Signs what comes to config_path, before it comes.
     void sign(const std::string &text);
+    void put_signed(const std::string &text);  // both, in the place of the file before
     // out: after so long with enable off all outputs are zero
     time_ns rest_ns();
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";

@@ -417,8 +417,7 @@ void restart_with(run &world, time_ns at, const std::function<void(json &)> &cha
         json root = json::parse(world.box_machine.text);
         root["revision"] = world.next_revision();
         change(root);
-        world.sign(root.dump(1));
-        world.box.files.replace(run::config_path, root.dump(1));
+        world.put_signed(root.dump(1));
         world.note_file(root.dump(1));
         world.faults.note(fault_kind::hostile, "another file and a restart");
         world.stop_daemon();
