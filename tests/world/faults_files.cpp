@@ -136,7 +136,7 @@ void fault_injector::put_hostile_file() {
 // Behind the last fault it would replace the newest file by an older one.
 void fault_injector::replace_later(time_ns pause, const std::string &text) {
     later(pause, [this, text] {
-        if (active()) of_.box.files.replace(run::config_path, text);
+        if (active()) of_.put_signed(text);
     });
 }
 
