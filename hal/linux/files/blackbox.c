@@ -269,10 +269,10 @@ static void drain(struct cb_blackbox *box, int64_t now_us) {
     int error = 0;
     if (box->rows == NULL || box->word == NULL) return;
     if (box->fd < 0) error = begin(box, now_us);
-    box->event_us = now_us - CB_BLACKBOX_AFTER_US; /* this is its last file */
     while (error == 0 && box->next < box->added)
         if ((error = write_slice(box, INT64_MAX)) == EAGAIN) error = 0;
     box->error = end(box, error);
+    box->word = NULL; /* this is the event's last file */
 }
 
 int cb_blackbox_follow(struct cb_blackbox *box, const struct cb_config *config) {

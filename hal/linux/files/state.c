@@ -275,8 +275,11 @@ static const struct record *record_of(const struct file *file, const struct want
     for (uint32_t i = 0; i < file->header.count; i++) {
         const struct record *record = &file->records[i];
         if (!is_same(record, lag)) continue;
-        if (!found || record->range == lag->range) found = record;
-        if (record->range == lag->range) break;
+        if (record->range == lag->range) {
+            found = record;
+            break;
+        }
+        if (!found) found = record;
     }
     return found && is_sound(found) ? found : NULL;
 }

@@ -18,6 +18,7 @@
 
 extern "C" {
 #include "firmware/box/mode.h"
+#include "hal/linux/clock.h"
 #include "hal/linux/files/blackbox.h"
 }
 
@@ -120,6 +121,20 @@ TEST_F(blackbox, a_fault_behind_a_hold_names_the_file_of_the_hold_and_extends_it
     EXPECT_NEAR(times(names()[0]).back(), event_s + 10, 0.11);
 }
 
+TEST_F(blackbox, a_request_ends_the_pause_of_an_event_that_waits_for_its_file) {
+    ASSERT_EQ(start(), 0);
+    run(20, CB_MODE_ACTIVE);
+    run(12, CB_MODE_HOLD);
+    run(1, CB_MODE_ACTIVE);
+    run(10, CB_MODE_HOLD);
+    ASSERT_EQ(names().size(), 1u) << "the second HOLD waits";
+    cb_blackbox_request(box.get(), now_us);
+    run(12, CB_MODE_HOLD);
+    ASSERT_EQ(names().size(), 2u);
+    EXPECT_NE(names()[1].find("Z-REQUEST.csv"), std::string::npos) << names()[1];
+    EXPECT_NEAR(times(names()[1]).front() - times(names()[0]).back(), 0.1, 1e-3);
+}
+
 TEST_F(blackbox, a_request_waits_for_no_pause_and_holds_what_is_new) {
     ASSERT_EQ(start(), 0);
     run(20, CB_MODE_ACTIVE);
@@ -161,6 +176,17 @@ TEST_F(blackbox, other_columns_end_the_file_and_begin_another_ring) {
     std::string header;
     std::getline(in, header);
     EXPECT_EQ(header, "time_s,X,comp_Z_um,mode,reason,unix_s");
+}
+
+TEST_F(blackbox, other_columns_end_the_event_however_late) {
+    now_us = cb_boottime_us() - 91 * second;
+    ASSERT_EQ(start(), 0);
+    run(20, CB_MODE_ACTIVE);
+    run(1, CB_MODE_HOLD);
+    std::strcpy(config->signals[0].name, "Y");
+    EXPECT_EQ(cb_blackbox_follow(box.get(), config.get()), 0);
+    run(80, CB_MODE_HOLD);
+    EXPECT_EQ(names().size(), 1u);
 }
 
 TEST_F(blackbox, another_name_of_the_same_length_begins_another_ring) {

@@ -257,6 +257,24 @@ TEST_F(state_file, keeps_lags_of_two_ranges_apart) {
         EXPECT_EQ(state.bank.lags[lag].hi, rig.box->bank.lags[lag].hi) << lag;
 }
 
+TEST_F(state_file, has_the_first_of_other_ranges_for_a_lag_whose_range_is_new) {
+    const auto bank = [](const std::string &name, int to) {
+        return R"({"name": ")" + name + R"(", "type": "linear", "bank": {"inputs": ["T2"],
+ "input_min": [10], "input_max": [)" +
+               std::to_string(to) + R"(], "tau_s": [600], "weights": [[1]]}})";
+    };
+    bank_rig rig(bank("low", 24) + ",\n" + bank("banked", 30));
+    rig.t2 = 20;
+    for (int i = 0; i < 10; ++i) rig.go();
+    rig.t2 = 35;
+    for (int i = 0; i < 10000; ++i) rig.go();
+    ASSERT_GT(rig.box->bank.lags[1].hi, rig.box->bank.lags[0].hi + 1);
+    save(rig, 1000 * second);
+    const bank_rig again(bank("banked", 27));
+    ASSERT_TRUE(read(again.box->config, 3 * second, 1030 * second)) << message;
+    EXPECT_EQ(state.bank.lags[0].hi, rig.box->bank.lags[0].hi);
+}
+
 TEST_F(state_file, another_power_or_time_constant_of_a_bank_starts_steady) {
     bank_rig rig(warm_bank);
     for (int i = 0; i < 10; ++i) rig.go();
