@@ -56,7 +56,8 @@ class applied_invariant : public invariant {
     };
     static constexpr std::uint64_t most_beyond = 12;       // of which the box gets two at least
     static constexpr double report_s = 0.4, most_s = 0.5;  // the box: 0.25 s, 0.5 s
-    static constexpr time_ns of_late = 1500 * ms, of_just_now = 800 * ms;
+    static constexpr time_ns of_late = 1500 * ms,
+                             may_follow = second;    // the box: of late, 1 s to 1.25 s
     static constexpr time_ns forgiven = 3 * second;  // the box: four times 0.5 s
 
     // Without a reply the box may be in HOLD for a moment.
@@ -115,7 +116,7 @@ class applied_invariant : public invariant {
             if (c >= one.block.um.size()) continue;  // of a file without this channel
             low = std::min(low, one.block.um[c]);
             high = std::max(high, one.block.um[c]);
-            if (one.ns < read_ns_ - of_just_now) continue;
+            if (one.ns < read_ns_ - may_follow + 2 * facts.period_us * us) continue;
             new_low = std::min(new_low, one.block.um[c]);
             new_high = std::max(new_high, one.block.um[c]);
         }

@@ -17,6 +17,7 @@ person::person(scheduler &time, computer &box, std::uint64_t seed)
 void person::daemon_starts() {
     um_ = 0;
     count_ = 0;
+    started_ns_ = time_.now();
     tell();
 }
 
@@ -63,6 +64,8 @@ std::string person::mistake(std::int64_t now_s) {
 void person::measure() {
     const std::int64_t now_s = box_.wall() / second;
     time_.at(time_.now() + chance_.time_between(2 * second, 8 * second), [this] { measure(); });
+    // What is in the file at the daemon's first look is from before, and not taken.
+    if (time_.now() - started_ns_ < 2 * second) return;
     number_ = (number_ + 1) % 65536;
     const std::string before = std::exchange(before_, "");
     switch (chance_.below(8)) {

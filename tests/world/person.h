@@ -37,6 +37,7 @@ class person {
     dice chance_;
     double um_ = 0;           // of the newest measurement
     unsigned count_ = 0;      // since the daemon's start
+    time_ns started_ns_ = 0;  // when the daemon started
     unsigned number_ = 0;     // of the newest line
     std::string before_;      // number and time of that one, if the box took it
     std::uint64_t told_ = 0;  // an older plan to tell again is void

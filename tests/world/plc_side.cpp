@@ -12,11 +12,19 @@ constexpr time_ns operator_period = 500 * ms;
 constexpr unsigned alarm_bit = 1u << 15;       // of the handshake register
 constexpr time_ns longest_idle = 20 * second;  // of a connection, when another one needs its place
 
+// A PLC may follow by this time (docs/faults.md, reason 13), less what reading and writing take.
+time_ns lateness(const machine &of, std::uint64_t seed) {
+    dice chance(seed, "applies late");
+    if (of.profile.name == "fanuc" || !chance.one_in(4)) return 0;
+    return chance.time_between(100 * ms, second - 4 * of.period_us * us - 30 * ms);
+}
+
 }  // namespace
 
 plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
     : control(of.twin, of.map, of.profile, net.box.time.now() / us),
       permits_resume(!dice(seed, "permit resume").one_in(3)),
+      applies_late_ns(lateness(of, seed)),
       machine_(of),
       net_(net),
       chance_(seed, "plc side"),
@@ -56,7 +64,15 @@ void plc_side::catch_up() {
     if (stopped_) return;
     control.run_to(now_us, [this](const fakeplc::plc_state &state) {
         if (scanned) scanned(state);
+        remember_applied(state);
     });
+}
+
+void plc_side::remember_applied(const fakeplc::plc_state &state) {
+    if (applies_late_ns == 0) return;
+    const double then_s = state.time_s - 1e-9 * static_cast<double>(applies_late_ns);
+    applied_.push_back({state.time_s, state.applied_um});
+    while (applied_.size() > 1 && applied_[1].time_s <= then_s) applied_.pop_front();
 }
 
 // After some seconds of reason 7, enable goes off for one look.
@@ -157,6 +173,7 @@ void plc_side::restart(bool keeps_registers, time_ns pause) {
         if (!stopped_) return;  // put right meanwhile
         stop_program(false);
         control.restart();
+        applied_.clear();
         if (keeps_registers) write_foreign(block.start, kept);
         serves = true;
         close_all();
@@ -189,7 +206,9 @@ void plc_side::put_right() {
 // have them.
 void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const {
     if ((request[0] != 3 && request[0] != 23) || (reply[0] & 0x80) != 0) return;
-    if (shown_.empty() && heartbeat_offset == 0 && unreferenced == 0 && !nc_alarm) return;
+    if (shown_.empty() && applied_.empty() && heartbeat_offset == 0 && unreferenced == 0 &&
+        !nc_alarm)
+        return;
     const int start = request[1] << 8 | request[2],
               count = (static_cast<int>(reply.size()) - 2) / 2;
     const auto change = [&](int address, auto word_of) {
@@ -199,10 +218,17 @@ void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_strin
         reply[at] = static_cast<std::uint8_t>(word >> 8);
         reply[at + 1] = static_cast<std::uint8_t>(word);
     };
-    for (const auto &entry : shown_) {
-        for (std::size_t i = 0; i < entry.second.size(); ++i)
-            change(entry.first + static_cast<int>(i), [&](unsigned) { return entry.second[i]; });
+    const auto show = [&](int address, const std::vector<std::uint16_t> &words) {
+        for (std::size_t i = 0; i < words.size(); ++i)
+            change(address + static_cast<int>(i), [&](unsigned) { return words[i]; });
+    };
+    for (std::size_t c = 0; !applied_.empty() && c < machine_.map.channels.size(); ++c) {
+        const fakeplc::taken_channel &channel = machine_.map.channels[c];
+        if (channel.applied_address)
+            show(*channel.applied_address,
+                 channel.format.encode(applied_.front().um[c] / channel.scale_um));
     }
+    for (const auto &entry : shown_) show(entry.first, entry.second);
     change(machine_.map.control, [this](unsigned word) { return word & ~unsigned{unreferenced}; });
     if (nc_alarm && machine_.map.handshake)
         change(*machine_.map.handshake, [](unsigned word) { return word | alarm_bit; });

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <string>
@@ -61,6 +62,8 @@ class plc_side : public tcp_peer {
     // Sensors that check each other: how far each is off. They show it from show_redundant() on.
     std::map<std::string, double> sensor_off;
     void show_redundant();
+    // Some PLCs apply what was sent so long ago: readings show `applied` of then.
+    const time_ns applies_late_ns;
     bool nc_alarm = false;  // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
@@ -109,6 +112,7 @@ class plc_side : public tcp_peer {
     void probe();
     void permit_by_enable();
     void acknowledge_fault();
+    void remember_applied(const fakeplc::plc_state &state);
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
     void drop_idle_clients(time_ns longest);
 
@@ -130,6 +134,11 @@ class plc_side : public tcp_peer {
     const bool acknowledges_, jams_;
     time_ns jammed_ns_ = 0;  // the key of reset, until then
     std::map<int, std::vector<std::uint16_t>> shown_;
+    struct applied_values {
+        double time_s;
+        std::vector<double> um;
+    };
+    std::deque<applied_values> applied_;  // of the scans since then; empty: not late
     std::map<std::string, double> temperatures_;
     dice warmth_;
     double warm_ = 0, warms_by_ = 0;  // what sensors that check each other have in common
