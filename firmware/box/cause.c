@@ -76,13 +76,12 @@ static struct cb_cause of_demand(const struct cb_box *box, uint8_t kind) {
 }
 
 /* out: the channel whose applied value is not the box's, with the value that the PLC reported; its
- *      bound is the value sent last, or error_um if the value is a fault */
+ *      bound is the value sent last */
 static struct cb_cause of_applied(const struct cb_box *box) {
     const struct cb_applied_verdict *found = &box->applied.verdict;
     if (found->channel >= CB_MAX_CHANNELS) return NO_CAUSE;
-    const float bound_um = found->foreign ? box->config.channels[found->channel].error_um
-                                          : box->channels[found->channel].sent_um;
-    return (struct cb_cause){CB_CAUSE_UNAPPLIED, found->channel, found->value_um, bound_um};
+    return (struct cb_cause){CB_CAUSE_UNAPPLIED, found->channel, found->value_um,
+                             box->channels[found->channel].sent_um};
 }
 
 struct cb_cause cb_box_find_cause(const struct cb_box *box) {

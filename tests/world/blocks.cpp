@@ -2,6 +2,7 @@
 #include "tests/world/blocks.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/world/run.h"
 
@@ -105,6 +106,13 @@ read_head head_of(const machine &of, const exchange &seen) {
 double signal_in(const machine &of, const fakeplc::shown_signal &signal, const exchange &seen) {
     return number_in(signal.format, signal.address, seen.read, of.map.read.start) * signal.scale +
            signal.zero;
+}
+
+double applied_in(const machine &of, std::size_t c, const exchange &seen) {
+    const fakeplc::taken_channel &channel = of.map.channels[c];
+    if (!channel.applied_address) return std::nan("");
+    return of.channels[c].sign * channel.scale_um *
+           number_in(channel.format, *channel.applied_address, seen.read, of.map.read.start);
 }
 
 bool draws(const run &of, fault_kind kind) {

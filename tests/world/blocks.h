@@ -71,6 +71,9 @@ read_head head_of(const machine &of, const exchange &seen);
 // out: a signal of a reading, in its unit
 double signal_in(const machine &of, const fakeplc::shown_signal &signal, const exchange &seen);
 
+// out: what the PLC applies to a channel by a reading, in µm; NaN: it does not say
+double applied_in(const machine &of, std::size_t channel, const exchange &seen);
+
 // The longest time from a step of the box to the sending of what it made, by the faults of the run:
 // 0 if no fault makes calls or threads slow, `never` if one of them has no bound.
 time_ns longest_lag(const run &of);

@@ -38,9 +38,9 @@ void fault_injector::plan_files() {
 void fault_injector::put_another_file() {
     dice &drawn = chance(fault_kind::reload);
     std::string text = another_file(of_.box_machine, drawn, of_.next_revision());
-    dice own(of_.options.seed + of_.revision, "other scale");
+    dice own(of_.options.seed + of_.revision, "other units");
     if (of_.box_machine.pairs.empty() && of_.box_machine.profile.name != "fanuc" && own.one_in(6))
-        text = with_other_scale(text, own);
+        text = with_other_units(text, own);
     file_tree &files = of_.box.files;
     of_.sign(text);
     switch (drawn.below(3)) {

@@ -217,11 +217,8 @@ class probes_invariant : public invariant {
         one.m = box_->judged({term_.at("of")});
         one.is_number = value.has_value();
         const judged_number others = box_->judged(others_);
-        if (value && channel.applied_address && !channel.tangent && !std::isnan(others.value)) {
-            const auto at =
-                static_cast<std::size_t>(*channel.applied_address - facts.map.read.start);
-            const double applied_um =
-                facts.channels[0].sign * channel.scale_um * channel.format.decode(&seen.read[at]);
+        if (value && !channel.tangent && !std::isnan(others.value)) {
+            const double applied_um = applied_in(facts, 0, seen);
             if (std::isfinite(applied_um))
                 one.um = judged_number{*value - applied_um - others.value,
                                        others.near + 1e-5 * (std::fabs(applied_um) + 1)};

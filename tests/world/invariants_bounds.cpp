@@ -242,50 +242,98 @@ class start_invariant : public invariant {
     std::optional<written_block> held_;  // by the PLC
 };
 
-// Behind an outage, at a PLC that refuses the read-back, an output without `applied` goes on from
-// zero: what was sent before may be gone (decision 5).
-class unknown_invariant : public invariant {
+// Behind an outage an output goes on from what the PLC applies, else from what it holds; from zero
+// if the PLC has restarted or refuses the read-back: what was sent before may be gone (decision 5).
+class outage_invariant : public invariant {
   public:
-    explicit unknown_invariant(run &of) : invariant(of, "unknown"), lag_ns_(longest_lag(of)) {}
+    explicit outage_invariant(run &of)
+        : invariant(of, "outage"),
+          lag_ns_(longest_lag(of)),
+          // Otherwise others write, or late writes come, or readings show other values.
+          compares_(lag_ns_ == 0 &&
+                    !draws_any(of, {fault_kind::foreign, fault_kind::reload, fault_kind::hostile,
+                                    fault_kind::wire, fault_kind::sensors, fault_kind::boundary,
+                                    fault_kind::twice, fault_kind::loss, fault_kind::exception,
+                                    fault_kind::memory, fault_kind::mute, fault_kind::line,
+                                    fault_kind::reset, fault_kind::tear, fault_kind::partial,
+                                    fault_kind::stray})) {}
     void started() override {
-        refused_ = false;
+        found_ = found::nothing;
         written_ns_ = never;  // until the first write: start_invariant
+        beats_ = restarted_ = false;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (lag_ns_ == never) return;
-        if (is_read_back(facts, seen)) refused_ = false;
+        if (is_reading(facts, seen) && head_of(facts, seen).whole) take(facts, seen);
         // Without a write for so long the box has lost contact.
         const time_ns lost_ns = 8 * facts.period_us * us + lag_ns_;
-        if (is_refused_read_back(facts, seen) && written_ns_ != never &&
-            seen.sent - written_ns_ > lost_ns) {
-            refused_ = true;
-            refused_ns_ = seen.sent;
+        const bool lost = written_ns_ != never && seen.sent - written_ns_ > lost_ns;
+        if (is_read_back(facts, seen)) find(facts, seen, lost);
+        if (is_refused_read_back(facts, seen) && lost) {
+            found_ = found::refused;
+            found_ns_ = seen.sent;
         }
         if (seen.written.empty()) return;
-        if (refused_ && seen.sent > refused_ns_) {
+        if (found_ != found::nothing && seen.sent > found_ns_) {
             const machine &author = of_.author_of(seen);
             judge(author, block_of(author, seen));
-            refused_ = false;
+            found_ = found::nothing;
         }
+        restarted_ = false;
         written_ns_ = written_ns_ == never ? seen.sent : std::max(written_ns_, seen.sent);
     }
 
   private:
+    enum class found { nothing, block, refused };
+
+    void take(const machine &facts, const exchange &seen) {
+        const std::uint16_t beat = head_of(facts, seen).heartbeat;
+        const auto behind = static_cast<std::uint16_t>(beat_ - beat - 1);
+        restarted_ = restarted_ || (beats_ && behind < 0x7FFF);
+        beat_ = beat;
+        beats_ = true;
+        applied_um_.clear();
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            applied_um_.push_back(applied_in(facts, c, seen));
+    }
+    void find(const machine &facts, const exchange &seen, bool lost) {
+        found_ = lost && compares_ && seen.duration != never ? found::block : found::nothing;
+        if (found_ == found::nothing) return;
+        exchange as_written = seen;
+        as_written.decoded_for = nullptr;
+        as_written.written = seen.read;
+        held_ = block_of(facts, as_written);
+        found_ns_ = seen.sent;
+    }
     void judge(const machine &facts, const written_block &block) {
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             const double reach =
                 2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us) +
                 2 * channel.unit_um + 1e-3;
-            if (channel.has_applied || std::fabs(block.um[c]) <= reach) continue;
-            violated(fmt::format("the PLC refused the read-back, and {} goes on from {} µm",
-                                 channel.name, block.um[c]));
+            if (found_ == found::refused) {
+                if (channel.has_applied || std::fabs(block.um[c]) <= reach) continue;
+                violated(fmt::format("the PLC refused the read-back, and {} goes on from {} µm",
+                                     channel.name, block.um[c]));
+                continue;
+            }
+            const bool applies = channel.has_applied && c < applied_um_.size();
+            const double from_um = applies ? applied_um_[c] : restarted_ ? 0.0 : held_.um[c];
+            if (!(std::fabs(from_um) <= channel.limit_um)) continue;
+            if (std::fabs(block.um[c] - from_um) > reach)
+                violated(fmt::format("behind an outage {} goes on from {} µm, the PLC has {} µm",
+                                     channel.name, block.um[c], from_um));
         }
     }
 
-    time_ns lag_ns_, written_ns_ = never, refused_ns_ = 0;
-    bool refused_ = false;
+    time_ns lag_ns_, written_ns_ = never, found_ns_ = 0;
+    bool compares_;
+    found found_ = found::nothing;  // by the newest read-back since the outage
+    written_block held_;
+    std::vector<double> applied_um_;  // of the newest reading; NaN: the channel has none
+    std::uint16_t beat_ = 0;          // of that one, if there is one
+    bool beats_ = false, restarted_ = false;
 };
 
 }  // namespace
@@ -296,7 +344,7 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<slew_invariant>(of));
     all.push_back(std::make_unique<plc_size_invariant>(of));
     all.push_back(std::make_unique<start_invariant>(of));
-    all.push_back(std::make_unique<unknown_invariant>(of));
+    all.push_back(std::make_unique<outage_invariant>(of));
 }
 
 }  // namespace compbox::world

@@ -98,13 +98,8 @@ class applied_invariant : public invariant {
         const double elapsed_s = std::min(step_s, 2e-6 * static_cast<double>(facts.period_us));
         read_ns_ = seen.sent;
         for (std::size_t c = 0; c < channels_.size(); ++c) {
-            const fakeplc::taken_channel &channel = facts.map.channels[c];
-            if (!channel.applied_address) continue;
-            const auto at =
-                static_cast<std::size_t>(*channel.applied_address - facts.map.read.start);
-            const double um =
-                facts.channels[c].sign * channel.scale_um * channel.format.decode(&seen.read[at]);
-            note(facts, c, um, active ? elapsed_s : -most_s * 4);
+            if (!facts.channels[c].has_applied) continue;
+            note(facts, c, applied_in(facts, c, seen), active ? elapsed_s : -most_s * 4);
         }
     }
     // in : elapsed_s: of the box in ACTIVE; below 0: it is not

@@ -159,6 +159,8 @@ class permission_invariant : public invariant {
         using namespace box_reason;
         if (block.mode == fakeplc::box_mode::hold || block.mode == fakeplc::box_mode::fault)
             return true;
+        // An axis that loses its reference at work is one, a cleared enable is not.
+        if (mode_before == fakeplc::box_mode::active && block.reason == not_referenced) return true;
         const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed, wait};
         return block.mode == fakeplc::box_mode::ramp && missing.count(block.reason) > 0 &&
                (mode_before != fakeplc::box_mode::standby || block.reason == wait);

@@ -23,6 +23,7 @@ class exit_invariant : public invariant {
     void started() override {
         has_reason_ = is_incomplete_ = stopped_ = false;
         asked_ns_ = never;
+        lost_ns_ = -never / 2;  // the next daemon asks the PLC
     }
     void logged(const std::string &line) override {
         has_reason_ = has_reason_ || line.rfind("compboxd: ", 0) == 0;
@@ -37,6 +38,8 @@ class exit_invariant : public invariant {
         if (stopped_ && seen.sent < stopped_ns_ && block.is_zero()) return;
         stopped_ = block.mode == fakeplc::box_mode::stopped && block.is_zero();
         if (stopped_) stopped_ns_ = seen.sent;
+        if (seen.duration == never && !block.is_zero()) lost_ns_ = std::max(lost_ns_, seen.sent);
+        judge_stop(of_.author_of(seen), seen.sent - lost_ns_);
     }
     void ended(const ending &how) override {
         const bool asked = of_.asked_to_stop || of_.stop_asked;
@@ -71,8 +74,20 @@ class exit_invariant : public invariant {
     }
 
   private:
+    // in : the time since the newest write of an offset that had no reply. It may still take effect
+    //      (docs/decisions/0003-what-the-plc-may-hold.md, "A stop").
+    void judge_stop(const machine &facts, time_ns behind) {
+        const time_ns least = (facts.heartbeat_timeout_us + facts.period_us) * us;
+        if (stopped_ && behind < least)
+            violated(
+                fmt::format("STOPPED {} ms behind a write of an offset without a reply, which "
+                            "may still take effect",
+                            behind / ms));
+    }
+
     bool has_reason_ = false;  // a sentence about a failed start
     bool is_incomplete_ = false, stopped_ = false;
+    time_ns lost_ns_ = -never / 2;
     time_ns stopped_ns_ = 0;                  // when the write of STOPPED was sent
     time_ns asked_ns_ = never, most_ns_ = 0;  // SIGTERM, and the time from it to the end
 };

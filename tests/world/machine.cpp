@@ -237,17 +237,20 @@ struct draft {
         add_term(term);
     }
 
+    // Over an axis, or over a temperature, which may be missing while the box is ACTIVE.
     void add_bspline(const std::string &name) {
-        const std::string axis = random_axis();
+        constexpr double warmest = 50;
+        const bool by_warmth = chance.one_in(4);
+        const std::string signal = by_warmth ? any_temperature() : random_axis();
+        const double end = by_warmth ? warmest : travel_of(signal);
         const std::size_t count = 4 + chance.below(10);
         std::vector<double> knots(4, 0.0);
         for (std::size_t i = 1; i + 3 < count; ++i)
-            knots.push_back(
-                rounded(travel_of(axis) * static_cast<double>(i) / static_cast<double>(count - 3)));
-        knots.insert(knots.end(), 4, travel_of(axis));
+            knots.push_back(rounded(end * static_cast<double>(i) / static_cast<double>(count - 3)));
+        knots.insert(knots.end(), 4, end);
         add_term({{"name", name},
                   {"type", "bspline"},
-                  {"signal", axis},
+                  {"signal", signal},
                   {"degree", 3},
                   {"knots", knots},
                   {"control_points", values(count, 30)}});
@@ -944,10 +947,13 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     return root.dump(1);
 }
 
-std::string with_other_scale(const std::string &text, dice &chance) {
+std::string with_other_units(const std::string &text, dice &chance) {
     json root = json::parse(text);
     json &channel = root["channels"][chance.below(root["channels"].size())];
-    channel["scale"] = 2 * channel["scale"].get<double>();
+    if (chance.one_in(2))
+        channel["scale"] = 2 * channel["scale"].get<double>();
+    else
+        channel["sign"] = -channel.value("sign", 1);
     return root.dump(1);
 }
 

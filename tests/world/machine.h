@@ -81,8 +81,8 @@ std::optional<machine> facts_of(const machine &base, const std::string &text);
 
 // Another file for the same machine: other models, now and then wider limits, a higher revision.
 std::string another_file(const machine &of, dice &chance, unsigned revision);
-// The same file with another scale of one channel.
-std::string with_other_scale(const std::string &text, dice &chance);
+// The same file with another scale or sign of one channel.
+std::string with_other_units(const std::string &text, dice &chance);
 // out: the file's outputs may be larger than the other's, or mean something else
 bool is_wider(const machine &fresh, const machine &than);
 

@@ -466,11 +466,10 @@ void run::print_exchange(const exchange &seen) const {
         for (const fakeplc::shown_signal &signal : facts.map.signals)
             words += fmt::format(" {} {:.6g}", signal.name, signal_in(facts, signal, seen));
     }
-    for (const fakeplc::taken_channel &channel : facts.map.channels) {
-        if (!is_reading(facts, seen) || !channel.applied_address) continue;
-        const auto at = static_cast<std::size_t>(*channel.applied_address - seen.read_start);
-        words += fmt::format(" {} applies {:.6g} µm", channel.name,
-                             channel.scale_um * channel.format.decode(seen.read.data() + at));
+    for (std::size_t c = 0; c < facts.channels.size(); ++c) {
+        if (!is_reading(facts, seen) || !facts.channels[c].has_applied) continue;
+        words += fmt::format(" {} applies {:.6g} µm", facts.channels[c].name,
+                             applied_in(facts, c, seen));
     }
     if (is_read_back(facts, seen)) words += ", read back";
     if (!seen.written.empty()) {

@@ -201,7 +201,9 @@ TEST(box_cause, the_first_channel_that_the_plc_does_not_apply) {
         box_rig rig(b);
         rig.position(8, 400);
         rig.position(10, 400);
+        float sent_um = 0;  // before the step of the cause
         for (int i = 0; i < 60; ++i) {
+            if (rig.box->cause.kind == CB_CAUSE_NONE) sent_um = rig.box->channels[0].sent_um;
             put_int32(rig.in.registers + 24, applied_um / 0.01);
             put_int32(rig.in.registers + 26, 2 * applied_um / 0.01);
             rig.sample(2, 100);
@@ -211,6 +213,8 @@ TEST(box_cause, the_first_channel_that_the_plc_does_not_apply) {
         EXPECT_EQ(rig.box->cause.kind, CB_CAUSE_UNAPPLIED);
         EXPECT_EQ(rig.box->cause.index, 0);
         EXPECT_FLOAT_EQ(rig.box->cause.value, static_cast<float>(applied_um));
+        const float sent_now_um = applied_um > 0 ? sent_um : rig.box->channels[0].sent_um;
+        EXPECT_NEAR(rig.box->cause.bound, sent_now_um, 5);
     }
 }
 
