@@ -26,6 +26,7 @@ invariants all_invariants(run &of) {
     add_models(of, all);
     add_adapted(of, all);
     add_reference(of, all);
+    add_causes(of, all);
     add_doubts(of, all);
     add_rows(of, all);
     add_wire(of, all);

@@ -96,6 +96,7 @@ void add_reloads(run &of, invariants &all);    // invariants_reloads.cpp
 void add_models(run &of, invariants &all);     // invariants_models.cpp
 void add_adapted(run &of, invariants &all);    // invariants_adapted.cpp
 void add_reference(run &of, invariants &all);  // invariants_reference.cpp
+void add_causes(run &of, invariants &all);     // invariants_causes.cpp
 void add_doubts(run &of, invariants &all);     // invariants_doubts.cpp
 void add_rows(run &of, invariants &all);       // invariants_rows.cpp
 void add_wire(run &of, invariants &all);       // invariants_wire.cpp

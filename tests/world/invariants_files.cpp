@@ -615,7 +615,8 @@ class reports_invariant : public invariant {
         if (how.by_signal || !has_stats_ || !of_.keeps_record() || of_.limits_records() ||
             lines_ == none || lines() == none || of_.options.seed % 16 == 4 ||
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
-                            fault_kind::partial, fault_kind::links}))
+                            fault_kind::partial, fault_kind::links}) ||
+            (draws(of_, fault_kind::reader) && draws(of_, fault_kind::disk)))  // a line is lost
             return;
         const auto all = finished_statistics();
         if (all.is_null()) return;

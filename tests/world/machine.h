@@ -29,6 +29,7 @@ struct signal_facts {
     std::string name;
     bool essential = false;
     std::int64_t max_age_us = 0;
+    double min = 0, max = 0;
 };
 struct pair_facts {
     std::size_t first = 0, second = 0;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+// The sentence of a cause in the log is true (docs/faults.md, "The detail word"): the bound is one
+// of the file, and the value is beyond it.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <regex>
+#include <set>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+class causes_invariant : public invariant {
+  public:
+    explicit causes_invariant(run &of)
+        : invariant(of, "causes"),
+          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
+    void started() override { learn(of_.running()); }
+    void taken(const machine &was, const machine &is) override {
+        learn(was);
+        learn(is);
+    }
+    void logged(const std::string &line) override {
+        static const std::regex sentence(
+            R"((signal|channel) (\S+) (?:reads|wants|is) (\S+) (?:\S+ )?(?:old )?and its (\w+) is (\S+)$)");
+        std::smatch words;
+        if (!judged_ || !std::regex_search(line, words, sentence)) return;
+        const std::string property = words[4];
+        const double value = std::stod(words[3]), bound = std::stod(words[5]);
+        const auto &known = bounds_[words[2].str() + " " + property];
+        const bool is_known = std::any_of(known.begin(), known.end(), [bound](double one) {
+            return std::fabs(one - bound) <= 1e-5 * std::fabs(one);
+        });
+        if (!is_known)
+            violated(fmt::format("no file has this {} for {} {}: {}", property, words[1].str(),
+                                 words[2].str(), bound));
+        const double near = 1e-5 * std::fabs(bound);  // of six digits
+        const double beyond = property == "min"             ? bound - value
+                              : words[1].str() == "channel" ? std::fabs(value) - bound
+                                                            : value - bound;
+        if (beyond < -near)
+            violated(fmt::format("{} is within its {} of {}, and is named as the cause: {}",
+                                 words[2].str(), property, bound, value));
+    }
+
+  private:
+    void learn(const machine &of) {
+        if (!judged_) return;
+        for (const channel_facts &channel : of.channels) {
+            bounds_[channel.name + " limit_um"].insert(channel.limit_um);
+            bounds_[channel.name + " error_um"].insert(channel.error_um);
+        }
+        for (const signal_facts &signal : of.signals) {
+            bounds_[signal.name + " min"].insert(signal.min);
+            bounds_[signal.name + " max"].insert(signal.max);
+            bounds_[signal.name + " max_age_ms"].insert(1e-3 *
+                                                        static_cast<double>(signal.max_age_us));
+        }
+    }
+
+    bool judged_;
+    std::map<std::string, std::set<double>> bounds_;  // by name and property, of all files so far
+};
+
+}  // namespace
+
+void add_causes(run &of, invariants &all) {
+    all.push_back(std::make_unique<causes_invariant>(of));
+}
+
+}  // namespace compbox::world
