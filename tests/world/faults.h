@@ -112,6 +112,7 @@ class fault_injector : public call_faults,
     preemption between_lines() override;
     segment_fate at_segment(bool to_box, std::size_t bytes) override;
     segment_fate at_connect() override;
+    bool module_refuses(int unit) const;
     reply_fate at_request(const fakeplc::byte_string &request) override;
     line_fate at_line(bool to_box) override;
 
@@ -133,6 +134,7 @@ class fault_injector : public call_faults,
     void later(time_ns pause, const std::function<void()> &what);
 
     void plan_wires();
+    void plan_modules();
     void be_deaf(std::size_t node, time_ns duration);  // faults_wires.cpp
 
     void plan_operator();  // faults_plc.cpp
@@ -189,6 +191,9 @@ class fault_injector : public call_faults,
     void remove_link(const std::string &path);
     void put_another_file();
     void put_unsigned_file();
+    void put_file_for_a_restart();
+    void spoil_key(dice &own);
+    bool starts() const;  // the daemon, more than once
     void put_hostile_file();
     void replace_later(time_ns pause, const std::string &text);
     void spoil_config_path();
@@ -217,6 +222,8 @@ class fault_injector : public call_faults,
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0;
+    int refusing_unit_ = 0;  // a module of the bus, until …
+    time_ns refusing_until_ = 0;
     time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block

@@ -22,6 +22,7 @@ void fault_injector::plan_files() {
         dice &drawn = chance(fault_kind::reload);
         if (drawn.one_in(2)) put_another_file();
         put_unsigned_file();
+        put_file_for_a_restart();
         if (drawn.one_in(4)) spoil_config_path();
         if (!drawn.one_in(2)) return;
         const std::uint64_t signals = 1 + drawn.below(drawn.one_in(3) ? 100 : 3);
@@ -63,16 +64,14 @@ void fault_injector::put_another_file() {
     of_.note_file(text);
 }
 
-// A better file, but nobody vouches for it, or it is signed for another machine. Nothing says of
-// what machine the file of a start has to be.
+// A better file, but nobody vouches for it, or it is signed for another machine.
 void fault_injector::put_unsigned_file() {
     dice own(of_.options.seed + of_.revision, "no signature");
     if (!of_.signer || !own.one_in(3)) return;
     std::string text = another_file(of_.box_machine, own, of_.next_revision());
     std::string words = "of another machine", signature;
-    const bool starts =
-        has(fault_kind::kill) || has(fault_kind::power_cut) || has(fault_kind::restart);
-    if (!starts && own.one_in(6)) {
+    if (own.one_in(3)) spoil_key(own);
+    if (!starts() && own.one_in(6)) {
         text.replace(text.find("\"world\""), 7, "\"other\"");
         signature = of_.signer->sign(text, own);
     } else {
@@ -86,6 +85,37 @@ void fault_injector::put_unsigned_file() {
     if (!signature.empty())
         files.replace(own.one_in(4) ? run::new_signature_path : run::signature_path, signature);
     files.replace(run::config_path, text);
+}
+
+// Connection, blocks and ticks are those of the daemon's start.
+void fault_injector::put_file_for_a_restart() {
+    dice own(of_.options.seed + of_.revision, "for a restart");
+    if (starts() || !own.one_in(4)) return;
+    const std::string text =
+        for_another_plc(another_file(of_.box_machine, own, of_.next_revision()), own);
+    note(fault_kind::reload, fmt::format("revision {} needs a restart", of_.revision));
+    of_.wrong_revisions.insert(of_.revision);
+    of_.put_signed(text);
+}
+
+// A key that is no key, beside the good one or in its place: the folder vouches for nothing.
+void fault_injector::spoil_key(dice &own) {
+    const std::string folder = run::keys_path;
+    const std::string path = folder + (own.one_in(2) ? "/factory.pub" : "/another.pub");
+    const bool replaces = of_.box.files.has(path);
+    if (starts()) return;
+    of_.box.files.replace(path, "a word\n");
+    later(own.time_between(1 * second, 8 * second), [this, path, replaces] {
+        if (replaces)
+            of_.box.files.replace(path, of_.signer->known_key());
+        else
+            of_.box.files.remove(path);
+    });
+}
+
+// Nothing says of what machine the file of a start has to be.
+bool fault_injector::starts() const {
+    return has(fault_kind::kill) || has(fault_kind::power_cut) || has(fault_kind::restart);
 }
 
 // For a while there is no regular file, or a link to one.

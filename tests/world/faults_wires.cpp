@@ -50,7 +50,26 @@ void fault_injector::be_deaf(std::size_t node, time_ns duration) {
     of_.time.at(of_.time.now() + duration, [this, node] { of_.can->nodes[node].deaf = false; });
 }
 
+// A module of the bus has an exception for a reading: its sensor is broken.
+void fault_injector::plan_modules() {
+    if (of_.bus_line == nullptr) return;
+    repeat(fault_kind::sensors, 10 * second, [this] {
+        dice &drawn = chance(fault_kind::sensors);
+        const auto lasts = static_cast<time_ns>(drawn.log_between(100e6, 15e9));
+        refusing_unit_ =
+            first_module + static_cast<int>(drawn.below(of_.box_machine.modules.size()));
+        refusing_until_ = of_.time.now() + lasts;
+        note(fault_kind::sensors,
+             fmt::format("module {} has exceptions for {} ms", refusing_unit_, lasts / ms));
+    });
+}
+
+bool fault_injector::module_refuses(int unit) const {
+    return unit == refusing_unit_ && of_.time.now() < refusing_until_;
+}
+
 void fault_injector::plan_wires() {
+    plan_modules();
     repeat(fault_kind::line, 40 * second, [this] {
         serial_line *const line =
             chance(fault_kind::line).one_in(2) ? of_.plc_line.get() : of_.bus_line.get();

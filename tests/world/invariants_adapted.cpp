@@ -162,6 +162,7 @@ class probes_invariant : public invariant {
     void started() override {
         if (of_.starts() > 1 || of_.box.files.has(run::state_path)) box_.reset();  // P goes on
         if (box_) box_->start(false);
+        started_ns_ = of_.time.now();
     }
     void ticked() override {
         if (grown_ns_ == 0) grown_ns_ = of_.time.now();
@@ -203,9 +204,9 @@ class probes_invariant : public invariant {
     // A measurement of a reading.
     struct probe {
         time_ns at = 0;
-        judged_number m = {};             // NaN: not known
-        std::optional<judged_number> um;  // what the term has to explain; none: not known
-        bool is_number = false;           // the value is plausible
+        judged_number m = {std::nan(""), 0};  // NaN: not known
+        std::optional<judged_number> um;      // what the term has to explain; none: not known
+        bool is_number = false;               // the value is plausible
     };
 
     void take_probe(const machine &facts, const exchange &seen) {
@@ -214,7 +215,8 @@ class probes_invariant : public invariant {
         const auto value = box_->newest(term_.at("probe").at("value"), seen.sent);
         probe one;
         one.at = seen.sent;
-        one.m = box_->judged({term_.at("of")});
+        // The box measures the lead for a second first.
+        if (seen.sent - started_ns_ > 1200 * ms) one.m = box_->judged({term_.at("of")});
         one.is_number = value.has_value();
         const judged_number others = box_->judged(others_);
         if (value && !channel.tangent && !std::isnan(others.value)) {
@@ -398,6 +400,7 @@ class probes_invariant : public invariant {
     json term_;
     std::optional<filter_settings> with_;
     std::optional<reference_box> box_;
+    time_ns started_ns_ = 0;
     std::vector<std::string> others_;  // of the channel's sum
     bool states_sigma_ = false, samples_arrive_ = true;
     std::optional<double> count_;

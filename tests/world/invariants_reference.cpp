@@ -102,6 +102,10 @@ class reference_invariant : public invariant {
         box_->look(read_ns_);
         if (block.reason == box_reason::none || block.reason == box_reason::extrapolated)
             judge_slopes(facts, block);
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            if (block.reason != box_reason::degraded && box_->lacks_input(c, read_ns_))
+                violated(fmt::format("a term of {} lacks a signal, and the reason is {}",
+                                     facts.channels[c].name, block.reason));
         if (agree(facts, block) || ++unlike_ % 2 == 0) return;
         std::vector<target> targets;
         for (std::size_t c = 0; c < facts.channels.size(); ++c)

@@ -93,14 +93,14 @@ struct draft {
             root["signals"].push_back({{"name", name},
                                        {"unit", "degC"},
                                        {"bus", "pt100"},
-                                       {"unit_id", 5 + i},
+                                       {"unit_id", first_module + i},
                                        {"register", 0},
                                        {"type", "int16"},
                                        {"scale", 0.1},
                                        {"min", -10},
                                        {"max", 90},
                                        {"max_age_ms", 5000}});
-            made.modules.push_back(fmt::format("{}=20.0", 5 + i));
+            made.modules.push_back(fmt::format("{}=20.0", first_module + i));
             lags.push_back(name);
         }
         if (!made.modules.empty())
@@ -955,6 +955,42 @@ std::string with_other_units(const std::string &text, dice &chance) {
         channel["scale"] = 2 * channel["scale"].get<double>();
     else
         channel["sign"] = -channel.value("sign", 1);
+    return root.dump(1);
+}
+
+std::string for_another_plc(const std::string &text, dice &chance) {
+    json root = json::parse(text);
+    json &plc = root["plc"], &transport = plc["transport"];
+    const auto move = [](json &of, const std::vector<const char *> &keys) {
+        for (const char *key : keys)
+            if (of.contains(key)) of[key] = of[key].get<int>() + 1;
+    };
+    switch (chance.below(5)) {
+        case 0:
+            root["cycle"]["period_ms"] = 1 + root["cycle"]["period_ms"].get<double>();
+            break;
+        case 1:
+            move(plc["write"], {"start"});
+            move(plc, {"status", "box_heartbeat", "detail", "request"});
+            for (json &channel : root["channels"]) {
+                move(channel, {"plc"});
+                if (channel.contains("tangent"))
+                    move(channel["tangent"], {"slope_plc", "reference_plc"});
+            }
+            break;
+        case 2:
+            move(plc["read"], {"count"});
+            plc["read"]["counters"] = false;
+            break;
+        case 3:
+            plc["exchange"] = plc["exchange"] == "fc23" ? "fc3+fc16" : "fc23";
+            break;
+        default:
+            if (transport.contains("tcp"))
+                move(transport["tcp"], {"port"});
+            else
+                transport["rtu"]["unit_id"] = 1 + transport["rtu"].value("unit_id", 1);
+    }
     return root.dump(1);
 }
 

@@ -36,6 +36,8 @@ struct pair_facts {
     double most_um = 0;
 };
 
+constexpr int first_module = 5;  // unit of the first one on the bus
+
 struct machine {
     std::string text;  // of the coefficient file
     fakeplc::register_map map;
@@ -84,6 +86,8 @@ std::optional<machine> facts_of(const machine &base, const std::string &text);
 std::string another_file(const machine &of, dice &chance, unsigned revision);
 // The same file with another scale or sign of one channel.
 std::string with_other_units(const std::string &text, dice &chance);
+// The same file with another connection, block or period.
+std::string for_another_plc(const std::string &text, dice &chance);
 // out: the file's outputs may be larger than the other's, or mean something else
 bool is_wider(const machine &fresh, const machine &than);
 

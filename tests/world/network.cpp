@@ -158,7 +158,7 @@ void connection::connect(std::uint16_t port) {
     const segment_fate fate = of_.faults == nullptr ? segment_fate{} : of_.faults->at_connect();
     if (fate.lost || !of_.plugged) return;
     scheduler &time = of_.box.time;
-    time.at(time.now() + 2 * of_.latency() + fate.delay_ns,
+    time.at(time.now() + 2 * of_.latency() + of_.accepts_after + fate.delay_ns,
             [self = shared_from_this(), port] { self->answer_attempt(port); });
 }
 

@@ -70,6 +70,8 @@ class network {
     time_ns closed_ns = 0;
     // false: no packet passes in either direction (an unplugged cable)
     bool plugged = true;
+    // How long a peer takes to accept a connection, beyond the way there and back.
+    time_ns accepts_after = 0;
 
   private:
     dice chance_;

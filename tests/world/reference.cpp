@@ -633,6 +633,19 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
     return sum;
 }
 
+bool reference_box::lacks_input(std::size_t channel, time_ns now) const {
+    values all = used_;
+    for (std::size_t i = 0; i < signals_.size(); ++i)
+        if (std::isnan(all[i])) all[i] = signals_[i].value;
+    values gone = all;
+    for (std::size_t i = 0; i < signals_.size(); ++i) {
+        const signal &one = signals_[i];
+        if (one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_)
+            gone[i] = unknown;
+    }
+    return !std::isnan(sum_of(channel, all)) && std::isnan(sum_of(channel, gone));
+}
+
 // in : value of a function of what the terms take
 // out: how far the box's may be from it
 template <typename Value>

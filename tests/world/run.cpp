@@ -73,6 +73,8 @@ run::run(const run_options &with)
       ceiling_(ceiling_of(box_machine, with.seed)),
       chance_(with.seed, "run") {
     if (ceiling_) lower_to(box_machine, *ceiling_);
+    dice accepts(with.seed, "accepts");
+    if (accepts.one_in(6)) net.accepts_after = accepts.time_between(20 * ms, 600 * ms);
     box.faults = &faults;
     net.faults = &faults;
     plc.faults = &faults;
@@ -272,7 +274,9 @@ void run::connect_wires() {
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
             *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
-                const auto reply = modules_.answer(unit, request);
+                auto reply = modules_.answer(unit, request);
+                if (faults.module_refuses(unit))
+                    reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
                 note_module(unit, reply.pdu);
                 return rtu_slaves::reply{reply.pdu, reply.delay_ms * ms};
             });
@@ -301,17 +305,17 @@ bool run::is_probe(const fakeplc::byte_string &frame) const {
     return count <= most && count != map.read.count && count != map.write.count;
 }
 
-// The names and units of machine.cpp: B1 is unit 5, in 0.1 degC.
+// The names and units of machine.cpp: B1 is the first module, in 0.1 degC.
 void run::note_module(int unit, const fakeplc::byte_string &reply) {
     if (reply.size() < 4 || (reply[0] & 0x80) != 0) return;
     const double degC = 0.1 * static_cast<std::int16_t>(reply[2] << 8 | reply[3]);
-    each([&](invariant &one) { one.sampled(fmt::format("B{}", unit - 4), degC); });
+    each([&](invariant &one) { one.sampled(fmt::format("B{}", unit - first_module + 1), degC); });
 }
 
 // The temperatures of the modules on the bus.
 void run::wander_modules() {
     for (std::size_t i = 0; i < box_machine.modules.size(); ++i)
-        modules_.run(fmt::format("set {} 0 {:.1f}", 5 + i, 20 + chance_.between(-1, 1)));
+        modules_.run(fmt::format("set {} 0 {:.1f}", first_module + i, 20 + chance_.between(-1, 1)));
     time.at(time.now() + second, [this] { wander_modules(); });
 }
 
