@@ -22,7 +22,6 @@ class causes_invariant : public invariant {
     explicit causes_invariant(run &of)
         : invariant(of, "causes"),
           judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
-    void started() override { learn(of_.running()); }
     void taken(const machine &was, const machine &is) override {
         learn(was);
         learn(is);
@@ -32,6 +31,7 @@ class causes_invariant : public invariant {
             R"((signal|channel) (\S+) (?:reads|wants|is) (\S+) (?:\S+ )?(?:old )?and its (\w+) is (\S+)$)");
         std::smatch words;
         if (!judged_ || !std::regex_search(line, words, sentence)) return;
+        learn(of_.running());
         const std::string property = words[4];
         const double value = std::stod(words[3]), bound = std::stod(words[5]);
         const auto &known = bounds_[words[2].str() + " " + property];

@@ -61,6 +61,60 @@ class reload_invariant : public invariant {
     time_ns sent_ns_ = 0, quiet_ns_ = never;
 };
 
+// A file that has not changed for some seconds has been looked at: a good one runs, unless it is
+// wider and waits for rest. Of another one nothing is pending.
+class settled_file_invariant : public invariant {
+  public:
+    explicit settled_file_invariant(run &of)
+        : invariant(of, "settled file"),
+          judged_(draws(of, fault_kind::reload) && longest_lag(of) == 0 && !of.signer &&
+                  !draws_any(of, {fault_kind::hostile, fault_kind::memory, fault_kind::clock,
+                                  fault_kind::disk, fault_kind::partial, fault_kind::reader,
+                                  fault_kind::boundary, fault_kind::power_cut})) {}
+    void started() override { since_ns_ = of_.time.now(); }
+    void ticked() override {
+        if (!judged_ || of_.time.now() - looked_ns_ < second || !is_settled()) return;
+        const machine *file = newest();
+        if (file != nullptr && file->revision != of_.running().revision &&
+            !is_wider(*file, of_.running()))
+            violated(fmt::format("revision {} is good and no wider, and {} runs", file->revision,
+                                 of_.running().revision));
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!judged_ || path != run::stats_path || !is_settled()) return;
+        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
+        if (!all.is_object() || !all.contains("reloads")) return;
+        const machine *waits = newest();
+        const bool may_wait = waits != nullptr && waits->revision != of_.running().revision;
+        if (all.at("reloads").value("pending", false) && !may_wait)
+            violated("a file is pending, and there is none that waits");
+    }
+
+  private:
+    // Looks at the file. out: the daemon has, too, since it changed last
+    bool is_settled() {
+        looked_ns_ = of_.time.now();
+        std::string now = of_.box.files.text(run::config_path);
+        if (now != seen_) since_ns_ = looked_ns_;
+        seen_ = std::move(now);
+        return looked_ns_ - since_ns_ > 7 * second && of_.box.runs() && !of_.stop_asked &&
+               !of_.asked_to_stop;
+    }
+    // out: the file on the disk, if nothing is wrong with it; else nullptr
+    const machine *newest() const {
+        const auto file = of_.box.files.find(run::config_path, false);
+        if (file == nullptr || file->kind != node_kind::regular) return nullptr;
+        const machine *facts = of_.file_of(file->bytes);
+        const bool wrong = facts == nullptr || of_.wrong_revisions.count(facts->revision) > 0 ||
+                           facts->revision < of_.running().revision;
+        return wrong ? nullptr : facts;
+    }
+
+    bool judged_;
+    std::string seen_;
+    time_ns looked_ns_ = 0, since_ns_ = 0;
+};
+
 // A box that reports that its configuration has changed writes nothing more.
 class corrupt_invariant : public invariant {
   public:
@@ -83,6 +137,7 @@ class corrupt_invariant : public invariant {
 
 void add_reloads(run &of, invariants &all) {
     all.push_back(std::make_unique<reload_invariant>(of));
+    all.push_back(std::make_unique<settled_file_invariant>(of));
     all.push_back(std::make_unique<corrupt_invariant>(of));
 }
 

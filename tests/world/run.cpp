@@ -163,6 +163,12 @@ bool run::knows_revision_of(const std::string &text) {
     return facts && files_.count(facts->revision) > 0;
 }
 
+const machine *run::file_of(const std::string &text) {
+    const auto &facts = facts_in(text);
+    const auto found = facts ? files_.find(facts->revision) : files_.end();
+    return found == files_.end() ? nullptr : &found->second;
+}
+
 std::string run::good_file_of(unsigned of_revision) {
     dice chance(options.seed + of_revision, "good file");
     good_file = another_file(box_machine, chance, of_revision);

@@ -81,6 +81,8 @@ class run {
     unsigned next_revision();
     // Another file of this revision was noted.
     bool knows_revision_of(const std::string &text);
+    // out: what a file that was noted promises; nullptr: it was not
+    const machine *file_of(const std::string &text);
     std::string good_file_of(unsigned revision);
     std::set<unsigned> wrong_revisions;  // of files that no box takes
     // Of machines whose box knows a key.
