@@ -98,6 +98,8 @@ class fault_injector : public call_faults,
     bool active() const { return active_; }
     // The computer has booted; the daemon is about to start.
     void booted();
+    // Whether the power goes behind a clean end of the daemon.
+    bool cuts_power();
     void starting();
 
     bool has(fault_kind kind) const { return active_ && on_[index(kind)]; }

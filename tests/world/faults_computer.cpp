@@ -155,6 +155,13 @@ void fault_injector::plan_ends() {
     });
 }
 
+bool fault_injector::cuts_power() {
+    if (!has(fault_kind::power_cut) || !active() || !chance(fault_kind::power_cut).one_in(3))
+        return false;
+    note(fault_kind::power_cut, "behind the daemon's end");
+    return true;
+}
+
 void fault_injector::booted() {
     if (has(fault_kind::boundary)) {
         // Counters of µs and ms of 31 and 32 bits, and of ns and µs in a double.

@@ -312,7 +312,11 @@ void file_tree::cut_power(dice &chance) {
             const std::string newest = file.bytes;
             file.bytes = file.durable;
             if (chance.one_in(2)) {
-                const std::size_t kept = static_cast<std::size_t>(chance.below(newest.size() + 1));
+                // What was synchronised stays where bytes were only appended.
+                const bool grew = newest.compare(0, file.durable.size(), file.durable) == 0;
+                const std::size_t least = grew ? file.durable.size() : 0;
+                const std::size_t kept =
+                    least + static_cast<std::size_t>(chance.below(newest.size() - least + 1));
                 file.bytes = newest.substr(0, kept);
                 if (chance.one_in(2)) file.bytes.resize(newest.size());
             }

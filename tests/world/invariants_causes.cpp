@@ -21,7 +21,31 @@ class causes_invariant : public invariant {
   public:
     explicit causes_invariant(run &of)
         : invariant(of, "causes"),
-          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
+          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})),
+          names_judged_(judged_ && longest_lag(of) == 0 &&
+                        !draws_any(of, {fault_kind::reload, fault_kind::reader})) {}
+    void started() override {
+        named_.clear();
+        detail_ = 0;
+    }
+    // A missing signal is named in the log, and another one behind it too.
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const machine &facts = of_.author_of(seen);
+        const written_block &block = block_of(facts, seen);
+        const unsigned detail =
+            facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
+        if (detail != detail_) since_ns_ = seen.sent;
+        detail_ = detail;
+        const std::size_t place = detail & 0xFFu;
+        if (!names_judged_ || named_.empty() || place == 0 || place > facts.signals.size() ||
+            seen.sent - since_ns_ < 2 * second)
+            return;
+        const std::string &missing = facts.signals[place - 1].name;
+        if (missing != named_)
+            violated(fmt::format("{} is missing for two seconds, and the log names {}", missing,
+                                 named_));
+    }
     void taken(const machine &was, const machine &is) override {
         learn(was);
         learn(is);
@@ -29,7 +53,11 @@ class causes_invariant : public invariant {
     void logged(const std::string &line) override {
         static const std::regex sentence(
             R"((signal|channel) (\S+) (?:reads|wants|is) (\S+) (?:\S+ )?(?:old )?and its (\w+) is (\S+)$)");
+        static const std::regex mode(
+            R"((STANDBY|ACTIVE|HOLD|RAMP|FAULT|STOPPED): [^:]*(?:: signal (\S+) .*)?$)");
         std::smatch words;
+        if (line.find("about the mode left out") != std::string::npos) named_.clear();
+        if (std::regex_search(line, words, mode)) named_ = words[2];
         if (!judged_ || !std::regex_search(line, words, sentence)) return;
         learn(of_.running());
         const std::string property = words[4];
@@ -65,7 +93,10 @@ class causes_invariant : public invariant {
         }
     }
 
-    bool judged_;
+    bool judged_, names_judged_;
+    std::string named_;  // the signal in the newest line of a mode
+    unsigned detail_ = 0;
+    time_ns since_ns_ = 0;                            // since then it is that one
     std::map<std::string, std::set<double>> bounds_;  // by name and property, of all files so far
 };
 

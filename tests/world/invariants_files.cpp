@@ -481,6 +481,7 @@ class events_invariant : public invariant {
     }
     void ended(const ending &how) override {
         check();
+        if (!how.by_signal && how.code == 0) safe_ = lines_;
         if (how.by_signal ||
             draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
                             fault_kind::links, fault_kind::reader}))
@@ -495,7 +496,11 @@ class events_invariant : public invariant {
         const auto file = of_.box.files.find(run::events_path, false);
         if (file == nullptr || file->kind != node_kind::regular) return;
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
-        if (lines.size() < lines_ && is_rotated()) lines_ = 0;
+        if (lines.size() < lines_ && is_rotated()) lines_ = safe_ = 0;
+        if (lines.size() < safe_ &&
+            !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
+            violated(fmt::format("{} lines of events, and a daemon that ended with 0 had left {}",
+                                 lines.size(), safe_));
         if (lines.size() < lines_ && !draws_any(of_, {fault_kind::power_cut, fault_kind::disk,
                                                       fault_kind::refuse, fault_kind::links}))
             violated(fmt::format("{} lines of events, there were {}", lines.size(), lines_));
@@ -515,6 +520,7 @@ class events_invariant : public invariant {
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;
+    std::size_t safe_ = 0;                   // of a daemon that ended with 0
     std::uint64_t lost_ = 0, left_out_ = 0;  // by this daemon
 };
 

@@ -81,7 +81,9 @@ class rows_invariant : public invariant {
         read_.push_back({sent_s, values});
     }
     void ended(const ending &how) override {
+        ends_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
         check_blackbox();
+        if (calm_ && sent_.size() <= most_remembered) check_history();
         const std::string text = of_.box.files.text(run::record_path);
         if (text.empty() || how.power_cut) return;
         if (lags_judged_ && of_.options.seed % 16 != 4) check_lags(text);  // with each row
@@ -100,6 +102,7 @@ class rows_invariant : public invariant {
     };
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;  // from a wake-up to its reading
+    std::vector<double> ends_s_;            // of daemons
 
     // Files by their number; the time of their rows goes on.
     void check_blackbox() {
@@ -110,14 +113,47 @@ class rows_invariant : public invariant {
         for (const std::string &file : names) {
             if (file.size() < 4 || file.substr(file.size() - 4) != ".csv") continue;
             row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
-            double last_s = before_s;
+            double last_s = before_s, first_event_s = -1, event_s = -1, mode = -1;
             while (rows.next()) {
                 if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
                 last_s = rows.number("unix_s");
+                const double is = rows.number("mode");
+                const bool begins =
+                    is != mode && (is == fakeplc::box_mode::hold || is == fakeplc::box_mode::fault);
+                if (begins && mode >= 0) event_s = last_s;
+                if (first_event_s < 0) first_event_s = event_s;
+                mode = is;
             }
             before_s = last_s;
+            check_end(file, last_s, first_event_s, event_s);
         }
+    }
+    // Ten seconds behind its newest event, and a minute at most (docs/record.md). An end of the
+    // daemon, or other columns, end it too.
+    void check_end(const std::string &file, double last_s, double first_event_s, double event_s) {
+        const bool is_cut = std::any_of(ends_s_.begin(), ends_s_.end(), [last_s](double end_s) {
+            return end_s > last_s - 2 && end_s < last_s + 15;
+        });
+        const double least_s = std::min(event_s + 10, first_event_s + 60) - 1;
+        if (event_s < 0 || is_cut || last_s >= least_s ||
+            draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk}))
+            return;
+        violated(fmt::format("{} ends {} s behind an event", file, last_s - event_s));
+    }
+
+    // Each change of mode or reason that the PLC got is in the statistics.
+    void check_history() {
+        const auto all = finished_statistics();
+        if (all.is_null() || !all.contains("history")) return;
+        std::size_t changes = 0;
+        for (std::size_t i = 1; i < sent_.size(); ++i)
+            changes += sent_[i].block.mode != sent_[i - 1].block.mode ||
+                       sent_[i].block.reason != sent_[i - 1].block.reason;
+        const auto kept = all.at("history").size() + all.value("history_left_out", std::size_t{0});
+        if (kept < changes)
+            violated(
+                fmt::format("the history has {} entries, the PLC got {} changes", kept, changes));
     }
 
     // Rows of this daemon, against what it sent and got.

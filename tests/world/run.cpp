@@ -381,6 +381,12 @@ void run::daemon_ended(const ending &how) {
         box.boot();
         faults.booted();
     }
+    if (!how.power_cut && stop_asked && faults.cuts_power()) {
+        box.files.cut_power(chance_);
+        box.files.remove(snapshot_path);
+        box.boot();
+        faults.booted();
+    }
     restart_after(restart_pause);
 }
 
