@@ -471,6 +471,7 @@ void reference_box::accept(signal &of, double value, time_ns at) {
     of.other_ns = taken == verdict::either ? of.at_ns : at;
     of.before = value - change;
     of.value = std::clamp(value, of.min, of.max);
+    of.before_ns = of.at_ns;
     of.at_ns = at;
     of.known = true;
 }
@@ -618,8 +619,11 @@ void reference_box::look(time_ns now) {
             near += velocity.near * (lead_s_ + lead_unsure_s_);
         }
         if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
-        if (!one.from_plc && now - one.at_ns < one.waits_ns)
+        if (!one.from_plc && now - one.at_ns < one.waits_ns) {
             near += std::fabs(one.value - one.before);
+            // Until the box takes the new one, it has the one before, if that is not too old.
+            if (now - one.before_ns > one.max_age_ns - period_ns_) value = unknown;
+        }
         used_.push_back(value);
         unsure_.push_back(near);
     }
