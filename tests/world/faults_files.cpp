@@ -110,6 +110,7 @@ void fault_injector::spoil_key(dice &own) {
             of_.box.files.replace(path, of_.signer->known_key());
         else
             of_.box.files.remove(path);
+        of_.box.send_signal(1);  // only a file that changes is read by itself
     });
 }
 

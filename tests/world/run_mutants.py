@@ -32,8 +32,8 @@ ROUNDS = [("none", 1000, 8), *((kind, 1500, 2) for kind in KINDS), ("none", 500,
           *((kind, 1500, 4) for kind in KINDS), ("sensors", 2000, 20), *((kind, 2000, 12) for kind in KINDS),
           ("swarm", 2000, 60), *((kind, 6000, 1) for kind in KINDS),
           *((f"kill,{kind}", 1500, 3) for kind in KINDS if kind != "kill"), ("sensors", 90000, 3),
-          *((f"{end},{kind}", 1500, 2) for end in ("power_cut", "reload") for kind in KINDS if kind != end),
-          ("swarm", 6000, 20), ("swarm", 20000, 10)]
+          *((f"{end},{kind}", 1500, 2) for end in ("power_cut", "reload", "restart") for kind in KINDS if kind != end),
+          ("disk", 6000, 10), ("swarm", 6000, 20), ("swarm", 20000, 10)]
 VIOLATION = re.compile(r"^violation of (.+?) at .*cycle (\d+) of seed (\d+): (.*)$")
 TABLE = "<!-- table: scripts/report mutants --write -->\n"
 ROW = re.compile(r"^\| (\S+) \| [^|]* \| ([^|]*?) \| ([\d.]+) \| "
