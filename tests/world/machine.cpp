@@ -240,9 +240,11 @@ struct draft {
     // Over an axis, or over a temperature, which may be missing while the box is ACTIVE.
     void add_bspline(const std::string &name) {
         constexpr double warmest = 50;
-        const bool by_warmth = chance.one_in(4);
-        const std::string signal = by_warmth ? any_temperature() : random_axis();
-        const double end = by_warmth ? warmest : travel_of(signal);
+        dice own(made.twin.seed, "spline " + name);
+        const std::string axis = random_axis();
+        const bool by_warmth = own.one_in(4);
+        const std::string signal = by_warmth ? own.one_of(made.temperatures) : axis;
+        const double end = by_warmth ? warmest : travel_of(axis);
         const std::size_t count = 4 + chance.below(10);
         std::vector<double> knots(4, 0.0);
         for (std::size_t i = 1; i + 3 < count; ++i)
