@@ -34,7 +34,8 @@ class order_invariant : public invariant {
         if (now.settled && now.was_probe) doubt_ = false;
         if (doubt_ && !now.is_probe)
             violated("a request is sent, and an earlier one may still have its reply");
-        if (now.was_damaged_reading && !now.is_the_same && !now.is_probe && has_time())
+        if (now.was_damaged_reading && !now.was_probe && !now.is_the_same && !now.is_probe &&
+            has_time())
             violated("a reading is not repeated, and its reply had a wrong check sum");
     }
 
