@@ -570,6 +570,22 @@ struct draft {
             root["channels"][own.below(root["channels"].size())]["sum"].push_back(first + "b");
         }
     }
+    // Likewise: banks with another temperature, before or behind their own.
+    void draw_wide_banks() {
+        dice own(made.twin.seed, "wide banks");
+        for (auto &term : root["terms"]) {
+            if (!term.contains("bank") || term.contains("sigma") || !own.one_in(2)) continue;
+            json &bank = term["bank"];
+            const std::string other = own.one_of(made.temperatures);
+            if (other == bank["inputs"][0] || bank.contains("input_min")) continue;
+            const bool before = own.one_in(2);
+            bank["inputs"].insert(before ? bank["inputs"].begin() : bank["inputs"].end(), other);
+            bank["powers"][other] = {1};
+            for (json &row : bank["weights"])
+                for (std::size_t i = 0; i < bank["tau_s"].size(); ++i)
+                    row.insert(before ? row.begin() : row.end(), rounded(own.between(-0.3, 0.3)));
+        }
+    }
     void widen_network(json &net, dice &own) const {
         const std::size_t hidden = net["hidden_bias"].size();
         net["output_weights"].push_back(values_of(own, hidden, 5));
@@ -826,6 +842,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_velocities();
     file.draw_redundant();
     file.draw_second_outputs();
+    file.draw_wide_banks();
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");
