@@ -153,6 +153,10 @@ void fault_injector::plan_plc() {
                 note(fault_kind::plc_stop, "the cable is unplugged" + end);
                 of_.net.plugged = false;
                 later(lasts, [this] { of_.net.plugged = true; });
+                if (!drawn.one_in(2)) break;
+                later(lasts / 2, [&plc] { plc.stop_program(true); });  // it stands when it is back
+                later(lasts + drawn.time_between(100 * ms, 2 * second),
+                      [&plc] { plc.stop_program(false); });
                 break;
             case 3:
                 note(fault_kind::plc_stop, "the NC coupling freezes" + end);
