@@ -48,13 +48,14 @@ class FakePlc:
 
 def reaches(plc, um, timeout_s=200):
     """Waits for an applied value, less long than ctest does for this file. As in plc_memory.py, the operator presses
-    reset."""
+    reset: only an edge ends a FAULT, so not before the bit is off."""
     end = time.monotonic() + timeout_s
     while time.monotonic() < end:
         status = plc.status
         if abs(float(status["applied_X"]) - um) < 0.1:
             return True
-        if (int(status["mode"]), int(status["reason"])) == machine.STOOD_STILL:
+        stood_still = (int(status["mode"]), int(status["reason"])) == machine.STOOD_STILL
+        if stood_still and not int(status["control"]) & machine.RESET:
             plc.command("reset")
         time.sleep(0.05)
     return False
