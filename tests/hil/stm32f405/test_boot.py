@@ -68,9 +68,11 @@ def test_without_a_file_the_plc_is_informed_in_its_status_register(tmp_path, plc
     assert plc.registers[machine.STATUS - 1:machine.STATUS + 2] == [7, 15 << 8 | machine.STANDBY, 7]
 
 
-@pytest.mark.parametrize("how, exception, status", [
-    ("undefined", 6, 0x00010000), ("address", 5, 0x00008200), ("stack", 4, 0x00000092)])
-def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, exception, status):
+# The guard below the stack is met by a push (DACCVIOL, MSTKERR, MMARVALID) or, if one comes just then, by an interrupt,
+# which has no address (MSTKERR).
+@pytest.mark.parametrize("how, exception, statuses", [
+    ("undefined", 6, {0x00010000}), ("address", 5, {0x00008200}), ("stack", 4, {0x00000092, 0x00000010})])
+def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, exception, statuses):
     with Box(tmp_path, image=TEST_IMAGE) as box:
         box.console.wait("STANDBY")
         since = box.console.mark()
@@ -78,7 +80,7 @@ def test_a_fault_is_recorded_and_the_box_restarts_into_standby(tmp_path, how, ex
         box.console.wait("started: processor fault.*restarts by faults 1", since)
         registers, line = fault_lines(box, since)
         assert f"exception {exception} " in line
-        assert int(registers["cfsr"], 16) == status, line
+        assert int(registers["cfsr"], 16) in statuses, line
         if how == "address":
             assert registers["bfar"] == "70000000"
         if how != "stack":
