@@ -124,12 +124,13 @@ class rows_invariant : public invariant {
         for (const std::string &file : names) {
             if (file.size() < 4 || file.substr(file.size() - 4) != ".csv") continue;
             row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
-            double last_s = before_s, first_event_s = -1, event_s = -1, mode = -1;
+            double last_s = before_s, first_event_s = -1, event_s = -1;
+            int mode = -1;
             while (rows.next()) {
                 if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
                 last_s = rows.number("unix_s");
-                const double is = rows.number("mode");
+                const auto is = static_cast<int>(rows.number("mode"));
                 const bool begins =
                     is != mode && (is == fakeplc::box_mode::hold || is == fakeplc::box_mode::fault);
                 if (begins && mode >= 0) event_s = last_s;

@@ -604,8 +604,8 @@ void reference_box::look(time_ns now) {
     unsure_.clear();
     for (const signal &one : signals_) {
         // The box looks within its exchange, four fifths of a period behind the request.
-        const std::optional<std::size_t> watched = signals_[one.source].watched;
-        const bool old = (watched && !watch_->trusts(*watched)) || !one.known ||
+        const std::optional<std::size_t> sensor = signals_[one.source].watched;
+        const bool old = (sensor && !watch_->trusts(*sensor)) || !one.known ||
                          now - one.other_ns > one.max_age_ns - 17 * period_ns_ / 20;
         double value = old ? unknown : one.value;
         double near = 2 * float_eps * std::max(std::fabs(one.max), std::fabs(value)) + one.doubt;
