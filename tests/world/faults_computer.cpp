@@ -156,8 +156,7 @@ void fault_injector::plan_ends() {
 }
 
 bool fault_injector::cuts_power() {
-    if (!has(fault_kind::power_cut) || !active() || !chance(fault_kind::power_cut).one_in(3))
-        return false;
+    if (!has(fault_kind::power_cut) || !chance(fault_kind::power_cut).one_in(3)) return false;
     note(fault_kind::power_cut, "behind the daemon's end");
     return true;
 }

@@ -74,8 +74,7 @@ class applied_invariant : public invariant {
             idle_ns_ = seen.sent;
             return;
         }
-        // A PLC that follows late may still show what it did by itself while the box was idle.
-        const bool follows = of_.plc.applies_late_ns == 0 || seen.sent - idle_ns_ > 3 * second;
+        const bool follows = of_.plc.has_followed(seen.sent - idle_ns_);
         if (hears_all_ && block.reason == box_reason::unapplied &&
             seen.sent - outside_ns_ > forgiven + 20 * facts.period_us * us)
             violated(fmt::format("reason 13, and the PLC applies what was sent for {} ms",

@@ -430,8 +430,7 @@ class reason_invariant : public invariant {
                                  (seen.sent - read_ns_) / ms));
         was_active_ = was_active_ || block.mode == fakeplc::box_mode::active;
         if (block.mode != fakeplc::box_mode::active) idle_ns_ = seen.sent;
-        // A PLC that follows late may still be on its way to what it applies while the box is idle.
-        const bool follows = of_.plc.applies_late_ns == 0 || seen.sent - idle_ns_ > 3 * second;
+        const bool follows = of_.plc.has_followed(seen.sent - idle_ns_);
         if (calm_ && was_active_ && of_loss.count(block.reason) > 0 &&
             (follows || block.reason != unapplied))
             violated(fmt::format("reason {}, and each request had its reply", block.reason));

@@ -570,6 +570,16 @@ struct draft {
             root["channels"][own.below(root["channels"].size())]["sum"].push_back(first + "b");
         }
     }
+    void widen_network(json &net, dice &own) const {
+        const std::size_t hidden = net["hidden_bias"].size();
+        net["output_weights"].push_back(values_of(own, hidden, 5));
+        net["output_bias"].push_back(rounded(own.between(-5, 5)));
+        if (!net.contains("linear_weights")) return;
+        net["linear_weights"].push_back(values_of(own, 2, 5));
+        net["output_center"].push_back(rounded(own.between(-5, 5)));
+        net["output_scale"].push_back(rounded(own.between(0.3, 1.5)));
+    }
+
     // Likewise: banks with another temperature, before or behind their own.
     void draw_wide_banks() {
         dice own(made.twin.seed, "wide banks");
@@ -585,15 +595,6 @@ struct draft {
                 for (std::size_t i = 0; i < bank["tau_s"].size(); ++i)
                     row.insert(before ? row.begin() : row.end(), rounded(own.between(-0.3, 0.3)));
         }
-    }
-    void widen_network(json &net, dice &own) const {
-        const std::size_t hidden = net["hidden_bias"].size();
-        net["output_weights"].push_back(values_of(own, hidden, 5));
-        net["output_bias"].push_back(rounded(own.between(-5, 5)));
-        if (!net.contains("linear_weights")) return;
-        net["linear_weights"].push_back(values_of(own, 2, 5));
-        net["output_center"].push_back(rounded(own.between(-5, 5)));
-        net["output_scale"].push_back(rounded(own.between(0.3, 1.5)));
     }
     // Terms that another term uses: for a product, where the output is µm/mm, or to adapt it.
     std::set<std::string> parts_of_terms() const {

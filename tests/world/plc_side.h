@@ -64,6 +64,10 @@ class plc_side : public tcp_peer {
     void show_redundant();
     // Some PLCs apply what was sent so long ago: readings show `applied` of then.
     const time_ns applies_late_ns;
+    // out: `applied` is not any more what the PLC did by itself while the box was idle, so long ago
+    bool has_followed(time_ns since_idle) const {
+        return applies_late_ns == 0 || since_idle > 3 * second;
+    }
     bool nc_alarm = false;  // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);

@@ -638,15 +638,16 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
 }
 
 bool reference_box::lacks_input(std::size_t channel, time_ns now) const {
+    const auto is_gone = [this, now](const signal &one) {
+        return one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_;
+    };
+    if (std::none_of(signals_.begin(), signals_.end(), is_gone)) return false;  // as in most steps
     values all = used_;
     for (std::size_t i = 0; i < signals_.size(); ++i)
         if (std::isnan(all[i])) all[i] = signals_[i].value;
     values gone = all;
-    for (std::size_t i = 0; i < signals_.size(); ++i) {
-        const signal &one = signals_[i];
-        if (one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_)
-            gone[i] = unknown;
-    }
+    for (std::size_t i = 0; i < signals_.size(); ++i)
+        if (is_gone(signals_[i])) gone[i] = unknown;
     return !std::isnan(sum_of(channel, all)) && std::isnan(sum_of(channel, gone));
 }
 

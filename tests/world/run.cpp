@@ -377,13 +377,12 @@ void run::daemon_ended(const ending &how) {
         time.stop();
         return;
     }
-    if (how.power_cut) {
-        box.boot();
-        faults.booted();
-    }
-    if (!how.power_cut && stop_asked && faults.cuts_power()) {
+    const bool cut_behind = !how.power_cut && stop_asked && faults.cuts_power();
+    if (cut_behind) {
         box.files.cut_power(chance_);
         box.files.remove(snapshot_path);
+    }
+    if (how.power_cut || cut_behind) {
         box.boot();
         faults.booted();
     }

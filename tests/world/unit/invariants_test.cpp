@@ -56,6 +56,17 @@ void no_applied(cb_config &config) {
     config.applied_quarter_us = 1000000000;
 }
 
+// A probe of the whole error is taken for one of what is left of it, or the other way round.
+void whole_errors(cb_config &config) {
+    for (unsigned i = 0; i < config.adapts_count; ++i)
+        config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
+}
+
+// No file is ever taken.
+void no_offer(cb_loop &loop) {
+    loop.offer = CB_LOOP_OFFER_NONE;
+}
+
 struct edge {
     const char *invariant;
     std::uint64_t seed, cycles;
@@ -111,13 +122,10 @@ const edge edges[] = {
      "preempt,delay,tear,reset,twice,exception,partial,kill,power_cut,restart,disk,reload,state,"
      "suspend,wire,plc_stop,stray",
      nullptr},
-    {"reload", 6000640, 6000, "reload", [](cb_loop &loop) { loop.offer = CB_LOOP_OFFER_NONE; }},
-    {"settled file", 2, 6000, "reload", [](cb_loop &loop) { loop.offer = CB_LOOP_OFFER_NONE; }},
+    {"reload", 6000640, 6000, "reload", no_offer},
+    {"settled file", 2, 6000, "reload", no_offer},
     // The daemon measures its lead in the first second.
-    {"probes", 48, 2000, "none", to_config([](cb_config &config) {
-         for (unsigned i = 0; i < config.adapts_count; ++i)
-             config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
-     })},
+    {"probes", 48, 2000, "none", to_config(whole_errors)},
     // A sample that the box has not taken yet is old behind a long silence.
     {"reference", 23, 2000, "sensors",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
@@ -249,11 +257,7 @@ const wrong_arithmetic arithmetic[] = {
      "probes"},
     {"a_longer_step", to_filters([](cb_adapt_settings &with) { with.step_max_um *= 2; }), "none",
      "probes"},
-    {"a_probe_of_the_whole_error", to_config([](cb_config &config) {
-         for (unsigned i = 0; i < config.adapts_count; ++i)
-             config.terms[config.adapts[i]].as.adapt.measures |= CB_ADAPT_WHOLE;
-     }),
-     "none", "probes"},
+    {"a_probe_of_the_whole_error", to_config(whole_errors), "none", "probes"},
     {"a_velocity_of_another_unit",
      to_signals([](cb_signal_config &one) { one.velocity_scale *= 60; })},
     {"a_doubt_after_twice_its_time",

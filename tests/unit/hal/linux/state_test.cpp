@@ -93,6 +93,15 @@ struct state_file : testing::Test {
     void save(const box_rig &rig, int64_t unix_us, bool synchronised = true) {
         ASSERT_EQ(write(rig, clock(rig.now_us, unix_us, "boot", synchronised), path.c_str()), 0);
     }
+    // Warms two lags of T2, of which the first acts within the lower range.
+    void save_apart(bank_rig &rig) {
+        rig.t2 = 20;
+        for (int i = 0; i < 10; ++i) rig.go();
+        rig.t2 = 35;
+        for (int i = 0; i < 10000; ++i) rig.go();
+        ASSERT_GT(rig.box->bank.lags[1].hi, rig.box->bank.lags[0].hi + 1);
+        save(rig, 1000 * second);
+    }
     bool read_at(const cb_config &config, const cb_state_clock &now) {
         return cb_state_read(&state, &config, path.c_str(), &now, message, sizeof message);
     }
@@ -246,12 +255,7 @@ TEST_F(state_file, keeps_lags_of_two_ranges_apart) {
  "input_min": [10], "input_max": [24], "tau_s": [600], "weights": [[1]]}},
  {"name": "banked", "type": "linear", "bank": {"inputs": ["T2"], "tau_s": [600], "weights": [[1]]}})";
     bank_rig rig(banks);
-    rig.t2 = 20;
-    for (int i = 0; i < 10; ++i) rig.go();
-    rig.t2 = 35;
-    for (int i = 0; i < 10000; ++i) rig.go();
-    ASSERT_GT(rig.box->bank.lags[1].hi, rig.box->bank.lags[0].hi + 1);
-    save(rig, 1000 * second);
+    save_apart(rig);
     ASSERT_TRUE(read(rig.box->config, 3 * second, 1030 * second)) << message;
     for (unsigned lag = 0; lag < 2; ++lag)
         EXPECT_EQ(state.bank.lags[lag].hi, rig.box->bank.lags[lag].hi) << lag;
@@ -264,12 +268,7 @@ TEST_F(state_file, has_the_first_of_other_ranges_for_a_lag_whose_range_is_new) {
                std::to_string(to) + R"(], "tau_s": [600], "weights": [[1]]}})";
     };
     bank_rig rig(bank("low", 24) + ",\n" + bank("banked", 30));
-    rig.t2 = 20;
-    for (int i = 0; i < 10; ++i) rig.go();
-    rig.t2 = 35;
-    for (int i = 0; i < 10000; ++i) rig.go();
-    ASSERT_GT(rig.box->bank.lags[1].hi, rig.box->bank.lags[0].hi + 1);
-    save(rig, 1000 * second);
+    save_apart(rig);
     const bank_rig again(bank("banked", 27));
     ASSERT_TRUE(read(again.box->config, 3 * second, 1030 * second)) << message;
     EXPECT_EQ(state.bank.lags[0].hi, rig.box->bank.lags[0].hi);
