@@ -88,10 +88,16 @@ static const struct cb_config *config_now(const struct daemon *daemon) {
     return config_of(daemon, daemon->generation);
 }
 
+/* out: generation of the newest row; right after a reload that is still the previous one */
+static uint32_t generation_shown(const struct daemon *daemon) {
+    return daemon->stats.rows > 0 ? daemon->stats.last.generation : daemon->generation;
+}
+
 static int write_snapshot(struct daemon *daemon) {
+    const uint32_t generation = generation_shown(daemon);
     if (daemon->options.snapshot == NULL) return 0;
-    return cb_snapshot_write(&daemon->stats, config_now(daemon),
-                             daemon->crc32s[daemon->generation % 2], daemon->options.snapshot);
+    return cb_snapshot_write(&daemon->stats, config_of(daemon, generation),
+                             daemon->crc32s[generation % 2], daemon->options.snapshot);
 }
 
 /* Opens the output files, so that a wrong path is reported before the machine moves. */
@@ -447,11 +453,13 @@ static int write_stats(struct daemon *daemon) {
     run->reload_message = daemon->reload.last;
     run->records_lost = run->rows_lost + daemon->files.record.lost;
     if (daemon->options.stats == NULL) return 0;
-    return cb_stats_write(&daemon->stats, config_now(daemon), daemon->options.stats);
+    return cb_stats_write(&daemon->stats, config_of(daemon, generation_shown(daemon)),
+                          daemon->options.stats);
 }
 
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->stats_us < STATS_EVERY_US) return;
+    if (generation_shown(daemon) != daemon->generation) return; /* they tell of the new file */
     daemon->stats_us = now_us;
     cb_log_file(&daemon->log, daemon->options.stats, write_stats(daemon), &daemon->stats_error,
                 now_us);
@@ -536,7 +544,8 @@ static void report_status(struct daemon *daemon) {
     if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
     const unsigned function = refused == 0 ? 0 : 31u - (unsigned)__builtin_clz(refused);
     int used = snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
-                        cb_reason_text(row->reason), (unsigned)config_now(daemon)->revision);
+                        cb_reason_text(row->reason),
+                        (unsigned)config_of(daemon, row->generation)->revision);
     if (refused != 0)
         snprintf(text + used, sizeof text - (size_t)used, "; the PLC does not have function %u: %s",
                  function, cb_peer_remedy((uint8_t)function));
