@@ -38,6 +38,7 @@ def check(root):
         count += len(faults)
         for fault in faults:
             wrong += [f"{file}: {line}" for line in wrong_with(root, (root / file).parent, fault)]
+    sys.path.insert(0, str((root / MUTANTS).parent))  # it has another list beside it
     mutants = runpy.run_path(str(root / MUTANTS))
     names = [mutant[0] for mutant in mutants["MUTANTS"]]
     wrong += [f"{MUTANTS}: {name} is {names.count(name)} times there" for name in set(names) if names.count(name) > 1]

@@ -32,10 +32,15 @@ fault_set every_kind() {
     return kinds;
 }
 
+// Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
+// behind it.
 fault_set few_kinds(dice &chance) {
+    static const std::vector<fault_kind> ends = {fault_kind::kill, fault_kind::power_cut,
+                                                 fault_kind::restart, fault_kind::reload};
     fault_set kinds;
-    for (std::uint64_t i = 0, count = 1 + chance.below(3); i < count; ++i)
+    for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i)
         kinds.insert(static_cast<fault_kind>(chance.below(fault_kinds)));
+    if (chance.one_in(4)) kinds.insert(chance.one_of(ends));
     return kinds;
 }
 
@@ -99,9 +104,9 @@ std::string text_of(const fault_set &kinds, const fault_limits &most) {
 fault_set swarm_of(std::uint64_t seed) {
     dice chance(seed, "swarm");
     const std::uint64_t drawn = chance.below(20);
-    if (drawn == 0) return {};
-    if (drawn == 1) return every_kind();
-    if (drawn < 12) return few_kinds(chance);
+    if (drawn < 2) return {};
+    if (drawn == 2) return every_kind();
+    if (drawn < 15) return few_kinds(chance);
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {

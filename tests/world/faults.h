@@ -115,6 +115,7 @@ class fault_injector : public call_faults,
     segment_fate at_segment(bool to_box, std::size_t bytes) override;
     segment_fate at_connect() override;
     bool module_refuses(int unit) const;
+    bool module_is_silent(int unit) const;
     reply_fate at_request(const fakeplc::byte_string &request) override;
     line_fate at_line(bool to_box) override;
 
@@ -141,6 +142,7 @@ class fault_injector : public call_faults,
 
     void plan_operator();  // faults_plc.cpp
     void set_references(bool on);
+    void lose_while_off();
     void plan_plc();
     void plan_foreign();
     void plan_sensors();
@@ -226,6 +228,8 @@ class fault_injector : public call_faults,
     time_ns storm_until_ = 0, refuses_until_ = 0;
     int refusing_unit_ = 0;  // a module of the bus, until …
     time_ns refusing_until_ = 0;
+    int silent_unit_ = 0;  // one without a reply
+    time_ns silent_from_ = 0, silent_to_ = 0;
     time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block

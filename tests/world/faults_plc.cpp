@@ -80,6 +80,20 @@ void fault_injector::plan_operator() {
     repeat(fault_kind::exception, 20 * second, [this] { hide_block(); });
 }
 
+// The outputs are on their way to zero, the NC stands for a while, and enable is back before it is.
+void fault_injector::lose_while_off() {
+    dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "lose while off");
+    if (!own.one_in(2)) return;
+    note(fault_kind::plc_stop, "the NC stands while enable is off");
+    const time_ns begins = own.time_between(0, 300 * ms);
+    const time_ns noticed = begins + of_.box_machine.heartbeat_timeout_us * us;
+    fakeplc::fake_plc &control = of_.plc.control;
+    control.set_enable(false);
+    later(begins, [&control] { control.freeze_nc(true); });
+    later(noticed + own.time_between(50 * ms, 150 * ms), [&control] { control.set_enable(true); });
+    later(noticed + own.time_between(200 * ms, 600 * ms), [&control] { control.freeze_nc(false); });
+}
+
 // An axis may lose its reference alone.
 void fault_injector::set_references(bool on) {
     dice &drawn = chance(fault_kind::enable);
@@ -159,6 +173,7 @@ void fault_injector::plan_plc() {
                       [&plc] { plc.stop_program(false); });
                 break;
             case 3:
+                lose_while_off();
                 note(fault_kind::plc_stop, "the NC coupling freezes" + end);
                 plc.control.freeze_nc(true);
                 later(lasts, [&plc] { plc.control.freeze_nc(false); });

@@ -16,10 +16,15 @@ can_frame error_frame(canid_t bits) {
     return frame;
 }
 
-// Off the bus; the controller restarts a second later.
+// Off the bus; the controller restarts a second later, and some only say that they are active.
 void go_off_the_bus(run &of) {
     of.can->put(error_frame(CAN_ERR_BUSOFF));
-    of.time.at(of.time.now() + second, [&of] { of.can->put(error_frame(CAN_ERR_RESTARTED)); });
+    can_frame back = error_frame(CAN_ERR_RESTARTED);
+    if (of.options.seed % 2 == 0) {
+        back = error_frame(CAN_ERR_CRTL);
+        back.data[1] = CAN_ERR_CRTL_ACTIVE;
+    }
+    of.time.at(of.time.now() + second, [&of, back] { of.can->put(back); });
 }
 
 // The interface leaves, and is back by itself.
@@ -53,6 +58,12 @@ void fault_injector::be_deaf(std::size_t node, time_ns duration) {
 // A module of the bus has an exception for a reading: its sensor is broken.
 void fault_injector::plan_modules() {
     if (of_.bus_line == nullptr) return;
+    dice own(of_.options.seed, "silent module");
+    if (has(fault_kind::sensors) && own.one_in(2)) {
+        silent_unit_ = first_module + static_cast<int>(own.below(of_.box_machine.modules.size()));
+        silent_from_ = own.time_between(0, 20 * second);
+        silent_to_ = silent_from_ + static_cast<time_ns>(own.log_between(1e9, 300e9));
+    }
     repeat(fault_kind::sensors, 10 * second, [this] {
         dice &drawn = chance(fault_kind::sensors);
         const auto lasts = static_cast<time_ns>(drawn.log_between(100e6, 15e9));
@@ -66,6 +77,11 @@ void fault_injector::plan_modules() {
 
 bool fault_injector::module_refuses(int unit) const {
     return unit == refusing_unit_ && of_.time.now() < refusing_until_;
+}
+
+bool fault_injector::module_is_silent(int unit) const {
+    const time_ns now = of_.time.now();
+    return active() && unit == silent_unit_ && now >= silent_from_ && now < silent_to_;
 }
 
 void fault_injector::plan_wires() {

@@ -29,6 +29,7 @@ invariants all_invariants(run &of) {
     add_causes(of, all);
     add_doubts(of, all);
     add_rows(of, all);
+    add_shown(of, all);
     add_wire(of, all);
     return all;
 }

@@ -99,6 +99,7 @@ void add_reference(run &of, invariants &all);  // invariants_reference.cpp
 void add_causes(run &of, invariants &all);     // invariants_causes.cpp
 void add_doubts(run &of, invariants &all);     // invariants_doubts.cpp
 void add_rows(run &of, invariants &all);       // invariants_rows.cpp
+void add_shown(run &of, invariants &all);      // invariants_shown.cpp
 void add_wire(run &of, invariants &all);       // invariants_wire.cpp
 
 invariants all_invariants(run &of);

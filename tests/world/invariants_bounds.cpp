@@ -265,7 +265,16 @@ class outage_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (lag_ns_ == never) return;
-        if (is_reading(facts, seen) && head_of(facts, seen).whole) take(facts, seen);
+        const bool reads = is_reading(facts, seen) && head_of(facts, seen).whole;
+        if (reads && seen.written.empty()) take(facts, seen);
+        judge_write(facts, seen);
+        if (reads && !seen.written.empty()) take(facts, seen);  // behind what FC23 writes
+    }
+
+  private:
+    enum class found { nothing, block, refused };
+
+    void judge_write(const machine &facts, const exchange &seen) {
         // Without a write for so long the box has lost contact.
         const time_ns lost_ns = 8 * facts.period_us * us + lag_ns_;
         const bool lost = written_ns_ != never && seen.sent - written_ns_ > lost_ns;
@@ -283,10 +292,6 @@ class outage_invariant : public invariant {
         restarted_ = false;
         written_ns_ = written_ns_ == never ? seen.sent : std::max(written_ns_, seen.sent);
     }
-
-  private:
-    enum class found { nothing, block, refused };
-
     void take(const machine &facts, const exchange &seen) {
         const std::uint16_t beat = head_of(facts, seen).heartbeat;
         const auto behind = static_cast<std::uint16_t>(beat_ - beat - 1);
@@ -306,6 +311,14 @@ class outage_invariant : public invariant {
         held_ = block_of(facts, as_written);
         found_ns_ = seen.sent;
     }
+    // Two motors whose values were read on their way may be too far apart.
+    bool is_joined(const machine &facts, std::size_t c) const {
+        return std::any_of(
+            facts.pairs.begin(), facts.pairs.end(), [this, c](const pair_facts &pair) {
+                return (pair.first == c || pair.second == c) && pair.second < applied_um_.size() &&
+                       std::fabs(applied_um_[pair.first] - applied_um_[pair.second]) > pair.most_um;
+            });
+    }
     void judge(const machine &facts, const written_block &block) {
         for (std::size_t c = 0; c < block.um.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
@@ -320,7 +333,7 @@ class outage_invariant : public invariant {
             }
             const bool applies = channel.has_applied && c < applied_um_.size();
             const double from_um = applies ? applied_um_[c] : restarted_ ? 0.0 : held_.um[c];
-            if (!(std::fabs(from_um) <= channel.limit_um)) continue;
+            if (!(std::fabs(from_um) <= channel.limit_um) || is_joined(facts, c)) continue;
             if (std::fabs(block.um[c] - from_um) > reach)
                 violated(fmt::format("behind an outage {} goes on from {} µm, the PLC has {} µm",
                                      channel.name, block.um[c], from_um));

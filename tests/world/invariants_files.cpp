@@ -16,6 +16,7 @@
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
 #include "tests/world/run.h"
+#include "tests/world/state_file.h"
 
 namespace compbox::world {
 
@@ -50,7 +51,10 @@ class stats_invariant : public invariant {
         check_plausible(all.at("box"));
         check_alarms(all.at("box"));
         check_lead(all);
+        check_ceiling(all);
+        check_foreign(all.at("box"));
     }
+    void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
 
   private:
     void check_both(const char *when) {
@@ -63,6 +67,35 @@ class stats_invariant : public invariant {
         if (!nlohmann::json::accept(file->bytes))
             violated(
                 fmt::format("{} {} is no JSON object: {} bytes", when, path, file->bytes.size()));
+    }
+    // Nobody else writes, and nothing brings an older write.
+    void check_foreign(const nlohmann::json &box) {
+        if (longest_lag(of_) != 0 ||
+            draws_any(of_, {fault_kind::foreign, fault_kind::wire, fault_kind::line,
+                            fault_kind::memory, fault_kind::stray, fault_kind::plc_stop,
+                            fault_kind::hostile, fault_kind::twice, fault_kind::boundary,
+                            fault_kind::tear, fault_kind::exception}))
+            return;
+        const auto found = box.value("registers_foreign", std::uint64_t{0});
+        if (found > 0)
+            violated(fmt::format("{} registers of others are counted, and nobody writes", found));
+    }
+    // The site's ceiling, and the channels that it lowers (docs/decisions/0011-site-ceiling.md).
+    void check_ceiling(const nlohmann::json &all) {
+        if (draws_any(of_, {fault_kind::hostile, fault_kind::memory}) ||
+            of_.time.now() - taken_ns_ < second || of_.running().profile.name == "fanuc")
+            return;  // the profile of such a control lowers rates before (docs/plc-profiles.md)
+        const auto names = formats::split(all.at("ceiling").value("lowers", ""), ',');
+        for (const channel_facts &channel : of_.running().channels) {
+            const bool is_named = std::any_of(names.begin(), names.end(), [&](std::string one) {
+                one.erase(0, one.find_first_not_of(' '));
+                return one == channel.name;
+            });
+            if (is_named != channel.lowered)
+                violated(fmt::format("the ceiling lowers \"{}\", {} is {}lowered",
+                                     all.at("ceiling").value("lowers", ""), channel.name,
+                                     channel.lowered ? "" : "not "));
+        }
     }
     // cycles + missed ticks fill the time; without faults there is no drift, and nothing is missed.
     void check_ticks(const nlohmann::json &all) {
@@ -238,73 +271,10 @@ class stats_invariant : public invariant {
     time_ns read_ns_ = 0;
     bool alarm_ = false;  // in the newest reading
     std::uint64_t alarms_ = 0;
+    time_ns taken_ns_ = -second;  // the newest other file
     std::uint64_t torn_ = 0, refused_ = 0;
     std::uint64_t probes_ = 0;  // refused readings, each of which may be in a write's place
 };
-
-// The state file, by docs/compboxd.md: header, records, probes, ending, CRC-32; numbers of the
-// machine. Format 4 has probes, 3 has none.
-struct state_file {
-    struct header {
-        char magic[8];
-        std::uint32_t format, count;
-        char machine_name[40], boot_id[40];
-        std::uint32_t synchronised, probes;
-    };
-    struct record {
-        char name[24], lag_of[24];
-        std::int64_t unix_us, boottime_us;
-        float hi, lo, input, tau_s;
-        std::uint32_t power, unused;
-    };
-    struct probe {
-        char name[24], of[24];
-        std::int64_t unix_us, boottime_us;
-        float filter[18];
-        std::uint8_t pending, waits;
-        std::uint32_t taken, asked, refused, skipped, count;
-    };
-    struct ending {
-        std::int64_t unix_us, boottime_us;
-        std::uint32_t heartbeat, beat, stopped, unused;
-    };
-    bool synchronised = false;  // by what it says itself
-    std::vector<record> records;
-    struct ending end = {};
-};
-
-// CRC-32 of IEEE 802.3, bit by bit.
-std::uint32_t crc_of(const std::string &bytes, std::size_t count) {
-    std::uint32_t crc = ~0u;
-    for (std::size_t i = 0; i < count; ++i) {
-        crc ^= static_cast<unsigned char>(bytes[i]);
-        for (int bit = 0; bit < 8; ++bit) crc = (crc & 1u) != 0 ? crc >> 1 ^ 0xEDB88320u : crc >> 1;
-    }
-    return ~crc;
-}
-
-std::optional<state_file> decoded(const std::string &bytes) {
-    state_file file;
-    state_file::header head;
-    if (bytes.size() < sizeof head + sizeof file.end + 4) return std::nullopt;
-    std::memcpy(&head, bytes.data(), sizeof head);
-    constexpr std::uint32_t most = 64 + 256, most_probes = 8;  // lags of signals, lags of banks
-    const bool known = head.format == (head.probes > 0 ? 4u : 3u);
-    if (!known || head.count > most || head.probes > most_probes) return std::nullopt;
-    const std::size_t body = sizeof head + head.count * sizeof(state_file::record) +
-                             head.probes * sizeof(state_file::probe) + sizeof file.end;
-    if (bytes.size() != body + 4) return std::nullopt;
-    std::uint32_t sum = 0;
-    std::memcpy(&sum, bytes.data() + body, sizeof sum);
-    if (crc_of(bytes, body) != sum) return std::nullopt;
-    file.synchronised = head.synchronised == 1;
-    file.records.resize(head.count);
-    if (head.count > 0)
-        std::memcpy(file.records.data(), bytes.data() + sizeof head,
-                    head.count * sizeof(state_file::record));
-    std::memcpy(&file.end, bytes.data() + body - sizeof file.end, sizeof file.end);
-    return file;
-}
 
 // The state file is whole at any time unless someone else has changed it; a file that is not whole
 // is refused. STOPPED in it is true. The pause that the log names is the true one.

@@ -127,13 +127,16 @@ class permission_invariant : public invariant {
     void started() override {
         // A daemon that wrote nothing leaves the PLC as the one before it did.
         was_stopped_ = contact_ ? mode_ == fakeplc::box_mode::stopped : was_stopped_;
-        contact_ = false;
+        contact_ = start_known_ = false;
         mode_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
-        if (!contact_ && is_refused_read_back(facts, seen)) lost_ = !trusted();
+        if (!contact_ && is_refused_read_back(facts, seen)) {
+            lost_ = !trusted();
+            start_known_ = was_stopped_ && !loses_state();
+        }
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
@@ -144,10 +147,19 @@ class permission_invariant : public invariant {
         return was_stopped_ || draws_any(of_, {fault_kind::state, fault_kind::power_cut,
                                                fault_kind::disk, fault_kind::refuse});
     }
+    // Whether the state file may say less than the run before.
+    bool loses_state() const {
+        return longest_lag(of_) != 0 ||
+               draws_any(of_, {fault_kind::state, fault_kind::power_cut, fault_kind::disk,
+                               fault_kind::refuse, fault_kind::kill, fault_kind::links,
+                               fault_kind::partial, fault_kind::memory, fault_kind::hostile,
+                               fault_kind::boundary});
+    }
     void first_contact(const machine &facts, const exchange &seen) {
         const auto at = static_cast<std::size_t>(facts.map.status - facts.map.write.start);
         const unsigned mode = seen.read[at] & 0xFFu;
         lost_ = mode != fakeplc::box_mode::standby && mode != fakeplc::box_mode::stopped;
+        start_known_ = true;
     }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
@@ -168,15 +180,22 @@ class permission_invariant : public invariant {
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         newest_ns_ = seen.sent;
-        contact_ = true;
+        if (!std::exchange(contact_, true) && start_known_ && !lost_ &&
+            block.reason == box_reason::wait)
+            violated("a box that has just started waits for permission, and nothing was lost");
         const unsigned mode_before = std::exchange(mode_, block.mode);
         if (block.mode != fakeplc::box_mode::active) {
-            lost_ = lost_ || is_loss(mode_before, block);
+            if (is_loss(mode_before, block)) lost_ns_ = seen.sent;
+            lost_ = lost_ || lost_ns_ == seen.sent;
             return;
         }
-        const time_ns recent =
-            5 * facts.period_us * us + (lag_ns_ == never ? 200 * second : lag_ns_);
-        const bool permitted = seen.sent - permit_ns_ <= recent, was_off = off_ns_ >= active_ns_;
+        const time_ns lag_ns = lag_ns_ == never ? 200 * second : lag_ns_;
+        const time_ns recent = 5 * facts.period_us * us + lag_ns;
+        const bool permitted = seen.sent - permit_ns_ <= recent;
+        // The write behind a reading with enable off may still be one of the loss, by FC23 the
+        // next.
+        const bool was_off =
+            off_ns_ >= active_ns_ && off_ns_ + 3 * facts.period_us * us + lag_ns >= lost_ns_;
         if (lost_ && !permitted && !was_off)
             violated("ACTIVE after a loss, without permit resume and without a new edge of enable");
         lost_ = false;
@@ -184,8 +203,9 @@ class permission_invariant : public invariant {
     }
 
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
-                     off_ns_ = -never / 2;
+                     off_ns_ = -never / 2, lost_ns_ = -never / 2;
     bool lost_ = false, contact_ = false, was_stopped_ = false;
+    bool start_known_ = false;                    // whether something was lost before this start
     unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write
 };
 

@@ -286,14 +286,26 @@ class memory_invariant : public invariant {
     bool judged_;
 };
 
-// Ticks are never made up for: from a write to the one two steps later is at least a period.
+// Ticks are never made up for: from a write to the one two steps later is at least a period. FC23
+// has the outputs of the step before, and sends none of before a suspend.
 class tick_invariant : public invariant {
   public:
     explicit tick_invariant(run &of) : invariant(of, "tick") {}
-    void started() override { known_ = 0; }
+    void started() override {
+        known_ = 0;
+        waits_ns_ = never;
+    }
+    void ticked() override {
+        if (waits_ns_ != never && of_.steps_of_daemon == steps_) return;  // the same wait again
+        steps_ = of_.steps_of_daemon;
+        waits_ns_ = of_.time.now();
+    }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
         const machine &facts = of_.author_of(seen);
+        const time_ns old_ns = waits_ns_ == never ? 0 : seen.sent - waits_ns_;
+        if (seen.function == 23 && old_ns > (most_periods + 2) * facts.period_us * us)
+            violated(fmt::format("outputs of a step more than {} ms ago are sent", old_ns / ms));
         const written_block &block = block_of(facts, seen);
         if (known_ > 0 && block.heartbeat == beat_[0]) return;
         const auto beats = static_cast<std::uint16_t>(block.heartbeat - beat_[1]);
@@ -310,7 +322,10 @@ class tick_invariant : public invariant {
     }
 
   private:
+    static constexpr time_ns most_periods = 5;
     int known_ = 0;
+    std::uint64_t steps_ = 0;   // of this daemon, when …
+    time_ns waits_ns_ = never;  // … it began to wait for its next tick
     std::uint16_t beat_[2] = {0, 0};
     time_ns sent_[2] = {0, 0};
 };

@@ -62,7 +62,8 @@ class reload_invariant : public invariant {
 };
 
 // A file that has not changed for some seconds has been looked at: a good one runs, unless it is
-// wider and waits for rest. Of another one nothing is pending.
+// wider and waits for rest. Of another one nothing is pending; while there is none, the one before
+// goes on to wait.
 class settled_file_invariant : public invariant {
   public:
     explicit settled_file_invariant(run &of)
@@ -85,7 +86,10 @@ class settled_file_invariant : public invariant {
         const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
         if (!all.is_object() || !all.contains("reloads")) return;
         const machine *waits = newest();
-        const bool may_wait = waits != nullptr && waits->revision != of_.running().revision;
+        const auto there = of_.box.files.find(run::config_path, true);
+        const bool is_gone = there == nullptr || there->kind != node_kind::regular;
+        const bool may_wait =
+            is_gone || (waits != nullptr && waits->revision != of_.running().revision);
         if (all.at("reloads").value("pending", false) && !may_wait)
             violated("a file is pending, and there is none that waits");
     }

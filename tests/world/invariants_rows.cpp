@@ -62,6 +62,7 @@ class rows_invariant : public invariant {
                                 fault_kind::boundary, fault_kind::twice, fault_kind::disk})),
           lags_judged_(
               longest_lag(of) == 0 &&
+              !(draws(of, fault_kind::reload) && of.box_machine.changes_lags) &&
               !draws_any(of, {fault_kind::clock, fault_kind::hostile, fault_kind::memory})) {}
     void started() override {
         sent_.clear();
@@ -114,12 +115,13 @@ class rows_invariant : public invariant {
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;  // from a wake-up to its reading
     std::vector<double> ends_s_;            // of daemons
+    std::vector<std::string> known_;        // of the black box
 
     // Files by their number; the time of their rows goes on.
     void check_blackbox() {
         if (longest_lag(of_) != 0 || draws(of_, fault_kind::clock)) return;
-        std::vector<std::string> names = of_.box.files.names_in(run::blackbox_path);
-        std::sort(names.begin(), names.end());
+        const std::vector<std::string> names = blackbox_names();
+        check_oldest(names);
         double before_s = -1;
         for (const std::string &file : names) {
             if (file.size() < 4 || file.substr(file.size() - 4) != ".csv") continue;
@@ -140,6 +142,28 @@ class rows_invariant : public invariant {
             before_s = last_s;
             check_end(file, last_s, first_event_s, event_s);
         }
+    }
+    // out: of its own files, by their number
+    std::vector<std::string> blackbox_names() const {
+        constexpr std::size_t length = sizeof "000001-20200101T000000Z-FAULT.csv" - 1;
+        std::vector<std::string> names;
+        for (const std::string &file : of_.box.files.names_in(run::blackbox_path))
+            if (file.size() >= length - 1 && file[6] == '-' &&
+                file.substr(file.size() - 4) == ".csv")
+                names.push_back(file);
+        std::sort(names.begin(), names.end());
+        return names;
+    }
+    // For want of room the oldest goes, and no file of somebody else.
+    void check_oldest(const std::vector<std::string> &names) {
+        if (names.size() > run::blackbox_files)
+            violated(fmt::format("the black box has {} files", names.size()));
+        const bool stays = !draws(of_, fault_kind::power_cut);
+        for (const std::string &file : known_)
+            if (stays && !names.empty() && file > names.front() &&
+                !std::binary_search(names.begin(), names.end(), file))
+                violated(fmt::format("{} is gone, the older {} is there", file, names.front()));
+        known_ = names;
     }
     // Ten seconds behind its newest event, and a minute at most (docs/record.md). An end of the
     // daemon, or other columns, end it too.

@@ -462,6 +462,15 @@ struct draft {
         }
     }
 
+    // Likewise: a cold hall, with temperatures on both sides of zero and far from all training.
+    void draw_cold() {
+        dice own(made.twin.seed, "cold");
+        if (!own.one_in(6)) return;
+        made.models_fade = made.is_cold = true;
+        for (const std::string &name : made.temperatures)
+            made.twin.signals[name] = rounded(own.between(-4, 8));
+    }
+
     // Likewise: channel X gets a term that adapts one of its sum, by a probe whose value may be not
     // a number.
     void draw_probe() {
@@ -831,6 +840,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.close_blocks(chance.one_in(2), counters);
     file.draw_control();
     file.draw_slow_channels();
+    file.draw_cold();
     file.draw_probe();
     file.draw_narrow_ranges();
     file.draw_bank_ranges();
@@ -844,6 +854,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_redundant();
     file.draw_second_outputs();
     file.draw_wide_banks();
+    made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");
@@ -930,6 +941,47 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
     return made;
 }
 
+// out: whether the later term takes an output of the earlier
+bool takes_output_of(const json &later, const json &earlier) {
+    std::set<std::string> taken;
+    for (const char *key : {"term", "of"})
+        if (later.contains(key)) taken.insert(later[key].get<std::string>());
+    for (const std::string name : later.value("errors", json::array())) taken.insert(name);
+    const json outputs = earlier.value("outputs", json::array({earlier["name"]}));
+    return std::any_of(outputs.begin(), outputs.end(),
+                       [&taken](const json &name) { return taken.count(name) > 0; });
+}
+
+// Terms in another order, and inputs of banks: the box knows both by their names.
+void reorder_terms(json &root, dice &order) {
+    json &terms = root["terms"];
+    for (std::size_t turn = 0; turn < 2 * terms.size(); ++turn) {
+        const std::size_t i = 1 + order.below(terms.size());
+        if (i < terms.size() && !takes_output_of(terms[i], terms[i - 1]))
+            std::swap(terms[i - 1], terms[i]);
+    }
+    for (json &term : terms) {
+        if (!term.contains("bank") || term["bank"]["inputs"].size() != 2) continue;
+        json &bank = term["bank"];
+        const auto first = static_cast<std::ptrdiff_t>(
+            bank["powers"][bank["inputs"][0].get<std::string>()].size() * bank["tau_s"].size());
+        std::swap(bank["inputs"][0], bank["inputs"][1]);
+        for (json &row : bank["weights"]) std::rotate(row.begin(), row.begin() + first, row.end());
+    }
+}
+
+// Other time constants, and other terms in a channel's sum.
+void rewire(json &root, dice &order, bool changes_lags) {
+    for (json &signal : root["signals"])
+        if (changes_lags && signal.contains("lag_of") && order.one_in(3))
+            signal["tau_s"] = rounded(order.log_between(5, 3000));
+    for (json &channel : root["channels"]) {
+        json &sum = channel["sum"];
+        const std::size_t i = order.below(sum.size());
+        if (sum.size() > 1 && sum[i] != "adapted" && order.one_in(3)) sum.erase(i);
+    }
+}
+
 std::string another_file(const machine &of, dice &chance, unsigned revision) {
     static std::pair<std::string, json> parsed;  // a run has one machine, and asks again and again
     if (parsed.first != of.text) parsed = {of.text, json::parse(of.text)};
@@ -950,6 +1002,9 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             const std::string id = signal["can"];
             signal["can"] = fmt::format("{:#x}", std::stoul(id, nullptr, 16) ^ 0x300UL);
         }
+    dice wiring(of.twin.seed + revision, "wiring");
+    if (wiring.one_in(3)) reorder_terms(root, wiring);
+    if (wiring.one_in(3)) rewire(root, wiring, of.changes_lags);
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {
@@ -1033,6 +1088,7 @@ bool is_wider(const machine &fresh, const machine &than) {
 
 void lower_to(machine &of, const site_ceiling &ceiling) {
     for (channel_facts &channel : of.channels) {
+        channel.lowered = channel.limit_um > ceiling.um || channel.slew_um_per_s > ceiling.um_per_s;
         channel.limit_um = std::min(channel.limit_um, ceiling.um);
         channel.slew_um_per_s = std::min(channel.slew_um_per_s, ceiling.um_per_s);
         channel.deadband_um = std::min(channel.deadband_um, channel.limit_um);

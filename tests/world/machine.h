@@ -24,6 +24,7 @@ struct channel_facts {
     double error_um = 0, deadband_um = 0;
     double slope_limit = 0, slope_slew_per_s = 0, slope_unit = 0;  // of a tangent, mm/mm
     std::string tangent_signal = "";  // its axis; "": there is no tangent
+    bool lowered = false;             // its limit or rate, by the site's ceiling
 };
 struct signal_facts {
     std::string name;
@@ -58,6 +59,8 @@ struct machine {
     const signal_facts *signal(const std::string &name) const;
     std::string plc_device;            // of a serial line to the PLC; "": TCP
     bool is_measured = false;          // by hand
+    bool is_cold = false;              // its hall: temperatures about zero
+    bool changes_lags = false;         // other files have other time constants
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
     std::vector<can_node> nodes;
     std::vector<std::string> temperatures;  // signals of the PLC that wander …

@@ -35,6 +35,8 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       prober_(seed, "prober") {
     control.leave_truth_out();
     control.set_permit(permits_resume);
+    dice beat(seed, "beat");  // which passes 65535 soon
+    if (beat.one_in(3)) heartbeat_offset = static_cast<std::uint16_t>(65535 - beat.below(4000));
     move_axes();
 }
 
@@ -121,9 +123,10 @@ void plc_side::move_axes() {
         step.feed_mm_per_s = chance_.log_between(5, 500);
         control.move(step);
     }
+    const double coldest = machine_.is_cold ? -8 : 5;
     for (auto &temperature : temperatures_) {
         temperature.second =
-            std::clamp(temperature.second + chance_.between(-0.05, 0.05), 5.0, 45.0);
+            std::clamp(temperature.second + chance_.between(-0.05, 0.05), coldest, 45.0);
         control.force_signal(temperature.first, temperature.second);
     }
     if (warmth_.one_in(20)) warms_by_ = warmth_.one_in(2) ? 0 : warmth_.between(-0.1, 0.1);

@@ -391,8 +391,11 @@ void reference_box::take(const machine &of) {
         one.reported = reported;
     }
     for (lag &one : fresh.lags_)
-        for (const lag &was : lags_)
+        for (const lag &was : lags_) {
+            const double tau_s = one.tau_s;
             if (was.key == one.key) adopt(fresh, one, was);
+            one.tau_s = tau_s;
+        }
     for (play &one : fresh.plays_)
         for (const play &was : plays_)
             if (was.key == one.key) adopt(fresh, one, was);

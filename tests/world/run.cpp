@@ -82,6 +82,7 @@ run::run(const run_options &with)
     net.longest_wait = [this](time_ns sent) { return running_at(sent).heartbeat_timeout_us * us; };
     box.make_socket = [this](int domain, int) { return make_socket(domain); };
     connect_wires();
+    fill_blackbox();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -280,6 +281,7 @@ void run::connect_wires() {
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
             *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
+                if (faults.module_is_silent(unit)) return rtu_slaves::reply{};
                 auto reply = modules_.answer(unit, request);
                 if (faults.module_refuses(unit))
                     reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
@@ -323,6 +325,17 @@ void run::wander_modules() {
     for (std::size_t i = 0; i < box_machine.modules.size(); ++i)
         modules_.run(fmt::format("set {} 0 {:.1f}", first_module + i, 20 + chance_.between(-1, 1)));
     time.at(time.now() + second, [this] { wander_modules(); });
+}
+
+// The folder of a machine that has been in use for long, and what somebody else has put there.
+void run::fill_blackbox() {
+    dice own(options.seed, "black box");
+    if (options.seed % 5 != 1 || !own.one_in(2)) return;
+    const std::uint64_t first = 1 + own.below(500), count = blackbox_files - own.below(4);
+    for (std::uint64_t i = 0; i < count; ++i)
+        box.files.put(fmt::format("{}/{:06}-20200101T000000Z-FAULT.csv", blackbox_path, first + i),
+                      "unix_s,mode\n");
+    box.files.put(fmt::format("{}/0001-20200101T000000Z-FAULT.csv", blackbox_path), "unix_s\n");
 }
 
 bool run::keeps_record() const {

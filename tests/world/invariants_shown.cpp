@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: MIT
+// What the snapshot shows: a signal that is in use has a value that its source gave, not the one of
+// another signal, file or time, and a source that gives values is heard. So it is with the inputs
+// of lags in the state file.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <set>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+#include "tests/world/state_file.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+
+class shown_invariant : public invariant {
+  public:
+    explicit shown_invariant(run &of)
+        : invariant(of, "snapshot"), judged_(!hides_exchanges(of) && longest_lag(of) == 0) {
+        const json file = json::parse(of.box_machine.text);
+        for (const json &signal : file.at("signals"))
+            if (signal.contains("max_rate_per_s")) doubtful_.insert(signal.at("name"));
+        for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
+    }
+    void started() override { steady_ns_ = of_.time.now(); }
+    void taken(const machine &, const machine &) override { steady_ns_ = of_.time.now(); }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
+            keep(signal.name, signal_in(facts, signal, seen));
+    }
+    void sampled(const std::string &signal, double value) override {
+        if (judged_) keep(signal, value);
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (judged_ && path == run::state_path) judge_state(file.bytes);
+        if (!judged_ || path != run::snapshot_path) return;
+        const json snapshot = json::parse(file.bytes, nullptr, false);
+        if (!snapshot.is_object() || !snapshot.contains("signals")) return;
+        for (const json &signal : snapshot.at("signals")) {
+            const std::string state = signal.at("state");
+            if (state == "fresh" && signal.at("value").is_number())
+                judge(signal.at("name"), signal.at("value"));
+            if (state == "never" || state == "stale") judge_missing(signal.at("name"), state);
+        }
+    }
+
+  private:
+    struct given {
+        time_ns at;
+        double value;
+    };
+    static constexpr time_ns longest = 20 * second;  // for which a value is in use
+    static constexpr double at_a_limit = 4e-3;       // the box takes one that is so far beyond it
+
+    void keep(const std::string &signal, double value) {
+        std::deque<given> &values = values_[signal];
+        values.push_back({of_.time.now(), value});
+        while (values.front().at < of_.time.now() - longest) values.pop_front();
+    }
+    // A lag and a hand's measurement have no source here.
+    void judge(const std::string &signal, double value) {
+        const auto found = values_.find(signal);
+        if (found == values_.end()) return;
+        const auto is_near = [value](const given &one) {
+            return std::fabs(one.value - value) <= at_a_limit + 1e-6 * std::fabs(value);
+        };
+        if (std::none_of(found->second.rbegin(), found->second.rend(), is_near))
+            violated(fmt::format("{} is {}, and its source gave no such value for {} s", signal,
+                                 value, longest / second));
+    }
+
+    // Some seconds behind a start or another file. For a time within max_age_ms the source has
+    // given a good value again and again.
+    void judge_missing(const std::string &signal, const std::string &state) {
+        const signal_facts *facts = of_.running().signal(signal);
+        const auto found = values_.find(signal);
+        const time_ns now = of_.time.now();
+        if (facts == nullptr || found == values_.end() || doubtful_.count(signal) > 0 ||
+            now - steady_ns_ < 5 * second)
+            return;
+        time_ns until = now, longest_gap = 0;
+        for (auto one = found->second.rbegin(); one != found->second.rend(); ++one) {
+            if (now - one->at > 3 * second) break;
+            longest_gap = std::max(longest_gap, until - one->at);
+            until = one->at;
+            const double near = 1e-3 * (facts->max - facts->min);
+            if (!(one->value > facts->min + near && one->value < facts->max - near)) return;
+        }
+        if (now - until > 2 * second && 2 * longest_gap < facts->max_age_us * us)
+            violated(fmt::format("{} is {}, and its source gave good values for {} ms", signal,
+                                 state, (now - until) / ms));
+    }
+    void judge_state(const std::string &bytes) {
+        if (draws(of_, fault_kind::state)) return;
+        const auto file = decoded(bytes);
+        if (!file || of_.time.now() - steady_ns_ > 3 * second) return;
+        for (const state_file::record &lag : file->records)
+            if (lag.name[0] == 0 && lag.unix_us > 0) judge(lag.lag_of, lag.input);
+    }
+
+    bool judged_;
+    time_ns steady_ns_ = 0;           // of the last start or other file
+    std::set<std::string> doubtful_;  // a good value may be refused, or not used
+    std::map<std::string, std::deque<given>> values_;
+};
+
+}  // namespace
+
+void add_shown(run &of, invariants &all) {
+    all.push_back(std::make_unique<shown_invariant>(of));
+}
+
+}  // namespace compbox::world
