@@ -279,10 +279,11 @@ void fault_injector::plan_memory() {
             const auto *const limit = reinterpret_cast<const unsigned char *>(&one.limit_um);
             at = static_cast<std::size_t>(limit - bytes) + drawn.below(sizeof one.limit_um);
         }
+        of_.flipped_at_step = std::min(of_.flipped_at_step, of_.steps_of_daemon);
         if (in_use) of_.flipped_ns = std::min(of_.flipped_ns, of_.time.now());
         bytes[at] = static_cast<unsigned char>(bytes[at] ^ (1u << drawn.below(8)));
         note(fault_kind::memory, fmt::format("a bit of byte {} of the configuration", at));
-        later(drawn.time_between(20 * second, 60 * second), [this, start = of_.starts()] {
+        later(drawn.time_between(20 * second, 100 * second), [this, start = of_.starts()] {
             if (of_.starts() == start && of_.box.runs()) of_.stop_daemon();
         });
     });

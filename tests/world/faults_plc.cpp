@@ -80,18 +80,22 @@ void fault_injector::plan_operator() {
     repeat(fault_kind::exception, 20 * second, [this] { hide_block(); });
 }
 
-// The outputs are on their way to zero, the NC stands for a while, and enable is back before it is.
+// While the NC stands, enable goes off or has just gone: in HOLD, or while the outputs are on their
+// way to zero. It may be back before the NC is.
 void fault_injector::lose_while_off() {
     dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "lose while off");
     if (!own.one_in(2)) return;
-    note(fault_kind::plc_stop, "the NC stands while enable is off");
-    const time_ns begins = own.time_between(0, 300 * ms);
-    const time_ns noticed = begins + of_.box_machine.heartbeat_timeout_us * us;
+    note(fault_kind::plc_stop, "enable goes off while the NC stands, or just before");
+    const time_ns noticed = of_.box_machine.heartbeat_timeout_us * us;
+    const bool in_hold = own.one_in(2);
+    const time_ns stands = in_hold ? 0 : own.time_between(0, 300 * ms);
+    const time_ns off = in_hold ? noticed + own.time_between(20 * ms, 300 * ms) : 0;
+    const time_ns known = std::max(stands + noticed, off);
     fakeplc::fake_plc &control = of_.plc.control;
-    control.set_enable(false);
-    later(begins, [&control] { control.freeze_nc(true); });
-    later(noticed + own.time_between(50 * ms, 150 * ms), [&control] { control.set_enable(true); });
-    later(noticed + own.time_between(200 * ms, 600 * ms), [&control] { control.freeze_nc(false); });
+    later(stands, [&control] { control.freeze_nc(true); });
+    later(off, [&control] { control.set_enable(false); });
+    later(known + own.time_between(50 * ms, 500 * ms), [&control] { control.set_enable(true); });
+    later(known + own.time_between(200 * ms, 800 * ms), [&control] { control.freeze_nc(false); });
 }
 
 // An axis may lose its reference alone.

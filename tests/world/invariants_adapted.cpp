@@ -42,8 +42,13 @@ class adapted_invariant : public invariant {
         const json snapshot = json::parse(file.bytes, nullptr, false);
         if (!snapshot.is_object() || !snapshot.contains("terms")) return;
         for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
-        for (const auto &one : snapshot.value("adapted", json::array())) judge_counts(one);
+        for (const auto &one : snapshot.value("adapted", json::array())) {
+            judge_counts(one);
+            if (snapshot.value("mode", "") != "ACTIVE") settled_.reset();  // terms may fade
+            judge_settled(one, snapshot.at("terms"));
+        }
     }
+    void started() override { settled_.reset(); }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (adapts_.empty() || !is_reading(facts, seen)) return;
@@ -65,6 +70,25 @@ class adapted_invariant : public invariant {
         if (counted > measured_)
             violated(fmt::format("{} measurements are counted, there were {}", counted, measured_));
     }
+    // What a probe has made of the term stays, also with another file, until the next
+    // probe.
+    void judge_settled(const json &one, const json &terms) {
+        const auto y = number_at(terms, one.at("name"), "value");
+        const auto m = number_at(terms, one.at("of"), "value");
+        if (!y || !m) return;
+        const std::pair<double, double> filter = {one.value("bias_um", 0.0),
+                                                  one.value("gain", 0.0)};
+        const double want = filter.first + filter.second * *m;
+        const bool settled =
+            std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
+        if (settled_ == filter && !settled && !draws_any(of_, {fault_kind::sensors}))
+            violated(
+                fmt::format("the adapted term is {} um from its model, its filter has {} um, "
+                            "and it was there before",
+                            *y - *m, want));
+        settled_.reset();
+        if (settled) settled_ = filter;
+    }
     void judge(const json &term, const json &terms) {
         const auto y = number_at(terms, term.at("name"), "value");
         const auto m = number_at(terms, term.at("of"), "value");
@@ -79,6 +103,7 @@ class adapted_invariant : public invariant {
     std::vector<json> adapts_;
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
+    std::optional<std::pair<double, double>> settled_;  // bias and gain, if it has arrived there
 };
 
 // The settings of a term, by the names of their keys.

@@ -256,8 +256,17 @@ class reset_invariant : public invariant {
 // What the status says is what the outputs do (docs/faults.md, "Modes").
 class status_invariant : public invariant {
   public:
-    explicit status_invariant(run &of) : invariant(of, "status"), lag_ns_(longest_lag(of)) {}
+    explicit status_invariant(run &of)
+        : invariant(of, "status"),
+          lag_ns_(longest_lag(of)),
+          each_reading_arrives_(
+              lag_ns_ == 0 &&
+              !draws_any(of, {fault_kind::hostile, fault_kind::memory, fault_kind::mute,
+                              fault_kind::wire, fault_kind::line, fault_kind::reset,
+                              fault_kind::tear, fault_kind::partial, fault_kind::stray,
+                              fault_kind::exception, fault_kind::loss, fault_kind::boundary})) {}
     void started() override {
+        withdrawn_since_ns_ = never;
         before_.reset();
         hold_ns_ = stop_ns_ = never;
     }
@@ -269,13 +278,24 @@ class status_invariant : public invariant {
         }
         if (is_reading(facts, seen)) {
             const read_head head = head_of(facts, seen);
-            if (!head.enables() || !head.references(facts)) withdrawn_ns_ = seen.sent;
+            const bool withdrawn = !head.enables() || !head.references(facts);
+            if (withdrawn) withdrawn_ns_ = seen.sent;
+            if (!withdrawn || seen.duration == never)
+                withdrawn_since_ns_ = never;
+            else if (withdrawn_since_ns_ == never)
+                withdrawn_since_ns_ = seen.sent;
         }
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
         const written_block &block = block_of(author, seen);
         if (seen.sent < sent_ns_) return;  // of a given-up connection
         judge(author, block);
+        const time_ns most_ns = 3 * author.period_us * us;  // FC23 has the step before
+        if (block.mode == fakeplc::box_mode::hold && each_reading_arrives_ &&
+            withdrawn_since_ns_ != never && seen.sent - withdrawn_since_ns_ > most_ns &&
+            seen.sent - withdrawn_ns_ < most_ns)
+            violated(fmt::format("HOLD, and the PLC has wanted no compensation for {} ms",
+                                 (seen.sent - withdrawn_since_ns_) / ms));
         const bool again = before_ && before_->heartbeat == block.heartbeat;  // on a serial line
         if (before_) compare(author, *before_, block, seen.sent - sent_ns_);
         watch_hold(author, block, seen.sent);
@@ -398,7 +418,9 @@ class status_invariant : public invariant {
     }
 
     time_ns lag_ns_, sent_ns_ = 0, hold_ns_ = never, stop_ns_ = never;
-    time_ns held_ns_ = 0;                                         // the newest write that is HOLD
+    bool each_reading_arrives_;
+    time_ns withdrawn_since_ns_ = never;  // each reading since then has no enable or reference
+    time_ns held_ns_ = 0;                 // the newest write that is HOLD
     time_ns unheld_ns_ = -never / 2, withdrawn_ns_ = -never / 2;  // … or not; a reading without
     std::optional<written_block> before_;
 };

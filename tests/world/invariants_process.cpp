@@ -274,6 +274,11 @@ class memory_invariant : public invariant {
           lag_ns_(longest_lag(of)),
           judged_(lag_ns_ != never && !draws_any(of, {fault_kind::reload, fault_kind::hostile})) {}
     void exchanged(const exchange &seen) override {
+        const std::uint64_t looked_over = of_.flipped_at_step + 2 * pass_steps;
+        if (judged_ && of_.flipped_at_step < of_.steps_of_daemon &&
+            of_.steps_of_daemon > looked_over + 2)
+            violated(fmt::format("an exchange {} steps after the configuration changed in memory",
+                                 of_.steps_of_daemon - of_.flipped_at_step));
         if (!judged_ || of_.flipped_ns == never) return;
         const time_ns after_ns = seen.sent - of_.flipped_ns;
         if (after_ns > 3 * of_.running().period_us * us + lag_ns_)
@@ -282,6 +287,9 @@ class memory_invariant : public invariant {
     }
 
   private:
+    // Of the check of all of it, at most (firmware/box/box.h); the next one finds what was behind
+    // it.
+    static constexpr std::uint64_t pass_steps = 800;
     time_ns lag_ns_;
     bool judged_;
 };

@@ -650,12 +650,13 @@ struct draft {
             const std::string error = "E" + own.one_of(kinds) + axis;
             json values;
             for (int k = 0; k < 3; ++k) values.push_back(rounded(own.between(-3, 3)));
-            root["terms"].push_back(
-                {{"name", error},
-                 {"type", "polyline"},
-                 {"signal", axis},
-                 {"positions", {0, rounded(travel_of(axis) / 2), travel_of(axis)}},
-                 {"values", values}});
+            const bool by_warmth = dice(made.twin.seed, error).one_in(4);  // which may be missing
+            const double end = by_warmth ? 50 : travel_of(axis);
+            root["terms"].push_back({{"name", error},
+                                     {"type", "polyline"},
+                                     {"signal", by_warmth ? made.temperatures[0] : axis},
+                                     {"positions", {0, rounded(end / 2), end}},
+                                     {"values", values}});
             term["errors"].push_back(error);
             term["reference_points_mm"][axis] = {0, std::round(own.between(-1000, 1000)), 0};
         }
@@ -1016,6 +1017,13 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         json &channel = root["channels"][own.below(root["channels"].size())];
         channel["slew_um_per_s"] = rounded(1.5 * channel["slew_um_per_s"].get<double>());
     }
+    json &sloped = root["channels"][wiring.below(root["channels"].size())];
+    if (sloped.contains("tangent") && wiring.one_in(4)) {
+        json &tangent = sloped["tangent"];
+        if (wiring.one_in(2))
+            tangent["slope_limit"] = rounded(0.95 * tangent["slope_limit"].get<double>());
+        tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
+    }
     if (root.contains("pairs") && own.one_in(6)) {
         double most = root["pairs"][0]["max_difference_um"];
         root["pairs"][0]["max_difference_um"] = rounded(1.5 * most);
@@ -1077,7 +1085,8 @@ bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];
         if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
-            is.slew_um_per_s > was.slew_um_per_s ||
+            is.slew_um_per_s > was.slew_um_per_s || is.slope_limit > was.slope_limit ||
+            is.slope_slew_per_s > was.slope_slew_per_s ||
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;
     }

@@ -370,6 +370,7 @@ void run::start_daemon() {
     steps_of_daemon = 0;
     longest_gap_ns = ticked_ns_ = 0;
     flipped_ns = never;
+    flipped_at_step = ~std::uint64_t{0};
     cycles_of_daemon = 0;
     stop_asked = false;
     each([](invariant &one) { one.started(); });

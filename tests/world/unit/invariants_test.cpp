@@ -124,6 +124,11 @@ const edge edges[] = {
      nullptr},
     {"reload", 6000640, 6000, "reload", no_offer},
     {"settled file", 2, 6000, "reload", no_offer},
+    // Another file has its signals and terms in another order.
+    {"snapshot", 900039, 2500, "reload",
+     [](cb_loop &loop) {
+         for (cb_row &row : loop.rows) row.signals[0].value += 5;
+     }},
     // The daemon measures its lead in the first second.
     {"probes", 48, 2000, "none", to_config(whole_errors)},
     // A sample that the box has not taken yet is old behind a long silence.
