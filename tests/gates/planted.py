@@ -42,9 +42,13 @@ def check(root):
     mutants = runpy.run_path(str(root / MUTANTS))
     names = [mutant[0] for mutant in mutants["MUTANTS"]]
     wrong += [f"{MUTANTS}: {name} is {names.count(name)} times there" for name in set(names) if names.count(name) > 1]
+    planted = {}
     for mutant in mutants["MUTANTS"]:
         found = mutants["wrong_with"](mutant, lambda file: (root / file).read_text())
         wrong += [f"{MUTANTS}: {line}" for line in found]
+        texts = mutants["plant"](mutant, lambda file: (root / file).read_text())
+        first = planted.setdefault(tuple(sorted(texts.items())), mutant[0])
+        wrong += [f"{MUTANTS}: {mutant[0]} is {first} once more"] * (first != mutant[0])
     return count + len(names), wrong
 
 

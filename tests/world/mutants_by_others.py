@@ -6,12 +6,6 @@ BOX, SIGNALS, LINUX = "firmware/box/", "firmware/signals/", "hal/linux/"
 OUTPUT, DAEMON = LINUX + "files/", LINUX + "daemon/"
 
 DEFECTS_BY_OTHERS = [
-    ("other-late-forgotten",
-     "A confirmed write makes the limiter forget values of earlier unanswered writes that "
-     "may still take effect late",
-     (BOX + "limiter.c",
-      "if (result == CB_TRANSFER_OK) holds(state, state->sent_um, state->sent_um, late);",
-      "if (result == CB_TRANSFER_OK) holds(state, state->sent_um, state->sent_um, false);")),
     ("other-last-pair-skipped", "The rule of pairs for moving outputs leaves out the last pair of the file",
      (BOX + "limiter.c",
       "                         float *output_um) {\n"
@@ -39,10 +33,6 @@ DEFECTS_BY_OTHERS = [
      (BOX + "mode.c",
       "state->lost = !healthy(e) || (e->enable && !e->referenced);",
       "state->lost = !healthy(e);")),
-    ("other-reset-level", "The PLC's reset bit acts as a level instead of a rising edge",
-     (BOX + "plc.c",
-      "state->reset_edge = (control & CB_CONTROL_RESET) && !(state->control & CB_CONTROL_RESET);",
-      "state->reset_edge = (control & CB_CONTROL_RESET) != 0;")),
     ("other-first-beat-counts", "The first heartbeat after the start or a silence counts as a change",
      (BOX + "plc.c",
       "    if (!first && heartbeat != state->plc_heartbeat) {",
@@ -60,12 +50,6 @@ DEFECTS_BY_OTHERS = [
      (BOX + "channels.c",
       "if (channels[i].possible_min_um != 0.0f || channels[i].possible_max_um != 0.0f)",
       "if (channels[i].possible_min_um != 0.0f && channels[i].possible_max_um != 0.0f)")),
-    ("other-reference-without-lead",
-     "The reference position of a tangent is the raw reading instead of the position ahead "
-     "at which the terms were evaluated",
-     (BOX + "tangent.c",
-      "state->reference[i] = signals[signal].used;",
-      "state->reference[i] = signals[signal].value;")),
     ("other-refused-probe-taken",
      "A probe whose value was refused as implausible is taken with the value of the probe before",
      (BOX + "probes.c",
@@ -95,10 +79,6 @@ DEFECTS_BY_OTHERS = [
      (SIGNALS + "signals.h",
       "return state->known && now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;",
       "return now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;")),
-    ("other-beats-not-reset", "The count of the PLC's beats is not reset with its window",
-     (SIGNALS + "lead.c",
-      "state->beats = state->window_us = 0;",
-      "state->window_us = 0;")),
     ("other-disagreement-adds-up", "The time of disagreement of a sensor is not reset when it agrees",
      (SIGNALS + "sensors.c",
       "    if (!holds) state->us[j] = 0;\n",
@@ -112,12 +92,6 @@ DEFECTS_BY_OTHERS = [
      ("firmware/terms/terms.c",
       "if (!signal->fresh || (!holds && !follow(config, grid, x, &states[grid->term].span))) {",
       "if (!holds && !follow(config, grid, x, &states[grid->term].span)) {")),
-    ("other-half-reversal",
-     "After a reversal the blend goes only half of the way over reversal_mm and then jumps "
-     "to the other branch",
-     ("models/direction.c",
-      "direction->blend = sense * (1.0f - 2.0f * (back / width));",
-      "direction->blend = sense * (1.0f - back / width);")),
     ("other-margin-ignored",
      "A trained model is weakened from the end of its training range on instead of beyond the margin",
      ("models/training_range.c",
@@ -161,10 +135,6 @@ DEFECTS_BY_OTHERS = [
      (LINUX + "tick.c",
       "    return (now_ns - tick->start_ns) / tick->period_ns + 1;",
       "    return (now_ns - tick->start_ns) / tick->period_ns;")),
-    ("other-clock-without-suspend", "The clock of ages and deadlines is CLOCK_MONOTONIC, which stands during a suspend",
-     (LINUX + "clock.h",
-      "    return cb_clock_ns(CLOCK_BOOTTIME) / 1000;",
-      "    return cb_clock_ns(CLOCK_MONOTONIC) / 1000;")),
     ("other-can-socket-leak",
      "The CAN socket that a reload replaces is not returned to be closed: each reload leaks a descriptor",
      (LINUX + "can.c",
@@ -235,24 +205,12 @@ DEFECTS_BY_OTHERS = [
       "        *idle_us = now_us;\n"
       "        if (now_us >= give_up_us)",
       "        if (now_us >= give_up_us)")),
-    ("other-feeds-while-loop-hangs",
-     "The watchdogs are fed when it is time, whether or not the loop has completed a cycle "
-     "since the last feed",
-     (DAEMON + "supervise.c",
-      "    if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;",
-      "    if (every_us == 0 || now_us - *fed_us < every_us) return false;")),
     ("other-other-signal-unreported",
      "When another signal fails in the same way as the one that was reported, neither the "
      "log nor the events have a line about it",
      (DAEMON + "log.c",
       "    return a->kind != b->kind || a->index != b->index;",
       "    return a->kind != b->kind;")),
-    ("other-ring-overflow",
-     "A full ring takes one more item, which overwrites the oldest unread one: a row or "
-     "sample is lost without being counted",
-     (LINUX + "mailbox.h",
-      "    if (ring->written - taken >= ring->slots) {",
-      "    if (ring->written - taken > ring->slots) {")),
     ("other-samples-of-old-file", "Samples from before a reload are not dropped",
      (LINUX + "sample_ring.h",
       "        if (from->generations[slot] == generation) samples[count++] = from->samples[slot];",
@@ -262,13 +220,6 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "state.c",
       "    return cb_output_whole(path, &file, fill(&file, state, config, now), true);",
       "    return cb_output_whole(path, &file, fill(&file, state, config, now), false);")),
-    ("other-record-without-changes",
-     "With --record-every a change of mode or reason between two intervals gets no row in the record",
-     (OUTPUT + "record.c",
-      "    const bool due = record->every_us == 0 || !record->has_zero || interval != "
-      "record->interval ||\n"
-      "                     status != record->status;",
-      "    const bool due = record->every_us == 0 || !record->has_zero || interval != record->interval;")),
     ("other-second-event-cut", "A HOLD or FAULT during the file of an earlier event does not prolong it",
      (OUTPUT + "blackbox.c",
       "    if (box->word == NULL || word == requested) box->word = word;\n",
@@ -285,11 +236,6 @@ DEFECTS_BY_OTHERS = [
       "    if (stats->rows > 0 && row->mode == stats->last.mode && row->reason == stats->last.reason)\n"
       "        return;",
       "    if (stats->rows > 0 && row->mode == stats->last.mode) return;")),
-    ("other-leftover-new-file", "A PATH.new that a crash has left is not removed",
-     (OUTPUT + "output_file.c",
-      "    unlink(temporary);\n"
-      "    return open(temporary, O_WRONLY",
-      "    return open(temporary, O_WRONLY")),
     ("other-short-read-is-end", "A read that returns fewer bytes than asked for is taken for the end of the file",
      (LINUX + "whole_file.c",
       "        if (got == 0) break;\n"
@@ -307,11 +253,6 @@ DEFECTS_BY_OTHERS = [
      (BOX + "plc.c",
       "const bool first = !cb_plc_readable(config, state, in->read_us);",
       "const bool first = !state->readable;")),
-    ("other-hold-time-kept", "The time in HOLD is not set to zero on entry",
-     (BOX + "mode.c",
-      "    state->hold_us = 0;\n"
-      "    return wait_in(max_hold_us > 0",
-      "    return wait_in(max_hold_us > 0")),
     ("other-unapplied-never", "The time outside ends at the very bound that it has to exceed",
      (BOX + "applied.c",
       "const uint32_t most_us = 2 * config->applied_quarter_us;",
@@ -353,13 +294,6 @@ DEFECTS_BY_OTHERS = [
      ("hal/cycle.c",
       "cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;",
       "cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us * 1000;")),
-    ("other-bytes-of-old-connection-too",
-     "The received bytes of a closed connection are kept and taken for the head of the "
-     "next one's first reply",
-     (LINUX + "tcp.c",
-      "    tcp->failures_in_row = 0;\n"
-      "    tcp->have = 0;\n",
-      "    tcp->failures_in_row = 0;\n")),
     ("other-file-not-synced", "A file that is replaced as a whole is renamed before its bytes are on the disk",
      (OUTPUT + "output_file.c",
       "    error = cb_output_close(fd, error, durable);",
@@ -396,23 +330,11 @@ DEFECTS_BY_OTHERS = [
       "    can->fd = fd;\n"
       "    can->lost_in_queue = 0;\n",
       "    can->fd = fd;\n")),
-    ("other-hold-time-goes-on",
-     "A second HOLD begins with the time already spent in the first one, so it ramps too early.",
-     (BOX + "mode.c",
-      "    state->hold_us = 0;\n"
-      "    return wait_in(max_hold_us > 0 ? CB_MODE_HOLD : CB_MODE_RAMP, state, e);",
-      "    return wait_in(max_hold_us > 0 ? CB_MODE_HOLD : CB_MODE_RAMP, state, e);")),
     ("other-ramp-forgets-loss",
      "An input that is missing during a ramp is no loss any more, so an enable that came meanwhile starts the "
      "box without permission.",
      (BOX + "mode.c",
       "    state->lost = state->lost || !healthy(e);\n",
-      "")),
-    ("other-refusals-add-up",
-     "The time of refused writes is not reset by a confirmed one, so single refusals of a busy PLC add up to the "
-     "fault WRITE_REFUSED.",
-     (BOX + "plc.c",
-      "        state->refused_us = 0;\n",
       "")),
     ("other-heartbeat-wrap-is-restart",
      "A heartbeat that wraps around 65535 while contact is lost is taken for a PLC that has restarted, so the "
@@ -432,12 +354,6 @@ DEFECTS_BY_OTHERS = [
      (BOX + "adopt.c",
       "fresh->bank.time_us[i] = old->bank.time_us[k];",
       "fresh->bank.time_us[i] = old->bank.time_us[i];")),
-    ("other-restart-remembered-for-ever",
-     "After the recovery from a restarted PLC the mark of the restart stays, so every later loss of contact "
-     "begins at zero instead of the values that the PLC holds.",
-     (BOX + "box.c",
-      "plc->confirmed = plc->went_back = false;",
-      "plc->confirmed = false;")),
     ("other-foreign-after-lost-write",
      "A read-back is compared with the sent values also when the last write was not confirmed, so a lost write "
      "is reported as another client that writes.",
@@ -486,16 +402,6 @@ DEFECTS_BY_OTHERS = [
      ("models/lag.c",
       "gains.ramp = h <= 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;",
       "gains.ramp = h > 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;")),
-    ("other-reversal-blends-half",
-     "During a reversal the blend goes only half of its way and then jumps to the other branch.",
-     ("models/direction.c",
-      "direction->blend = sense * (1.0f - 2.0f * (back / width));",
-      "direction->blend = sense * (1.0f - back / width);")),
-    ("other-last-input-sets-weight",
-     "The last input beyond its margin sets the weight of a trained model, not the one that is furthest outside.",
-     ("models/training_range.c",
-      "    if (weight >= verdict->weight) return;\n",
-      "")),
     ("other-even-power-through-zero",
      "The range of an even power ignores that the signal passes through zero, so a squared lag near zero is held "
      "at the square of the nearer end.",
@@ -516,11 +422,6 @@ DEFECTS_BY_OTHERS = [
       "    return CB_ADAPT_TAKEN;",
       "    state->asked = 0;\n"
       "    return CB_ADAPT_TAKEN;")),
-    ("other-polynomial-not-held",
-     "Outside of its range a polynomial is evaluated at the position itself, not at its end.",
-     ("models/polynomial.c",
-      "const float u = (inside - polynomial->center) * polynomial->inverse_half_range;",
-      "const float u = (x - polynomial->center) * polynomial->inverse_half_range;")),
     ("other-dot-misses-last",
      "A scalar product whose length is no multiple of four misses its last number, so the linear path of a "
      "network loses its last input.",
@@ -529,24 +430,6 @@ DEFECTS_BY_OTHERS = [
       "    for (; i < count; ++i) sum += w[i] * v[i];",
       "    float sum = (s[0] + s[1]) + (s[2] + s[3]);\n"
       "    for (; i + 1 < count; ++i) sum += w[i] * v[i];")),
-    ("other-state-trusts-unsynchronised",
-     "A state file that was written with an unsynchronised wall clock is trusted after another boot, so lags go "
-     "on after a pause of a wrong length.",
-     (OUTPUT + "state.c",
-      "    if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;\n",
-      "")),
-    ("other-state-of-other-generation",
-     "Right after a reload the lags of the previous file are written under the names of the new one, by their "
-     "index.",
-     (DAEMON + "main.c",
-      "if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;",
-      "if (daemon->options.state == NULL) return;")),
-    ("other-start-keeps-stopped",
-     "The state file that the start rewrites still says STOPPED, so a crash in the first seconds counts as a "
-     "clean stop.",
-     (DAEMON + "main.c",
-      "    daemon->state.stopped = false;\n",
-      "")),
     ("other-reload-widens-error",
      "A reload that only raises error_um is not seen as wider, so it is taken at once while the machine is "
      "compensated.",
@@ -595,28 +478,138 @@ DEFECTS_BY_OTHERS = [
       "    if (ftruncate(record->fd, record->whole_size) == 0)\n"
       "        lseek(record->fd, record->whole_size, SEEK_SET);\n",
       "    if (ftruncate(record->fd, record->whole_size) != 0) note_failure(record, errno);\n")),
-    ("other-blackbox-rows-twice",
-     "The black box does not note which rows its last file has, so the file of the next event has them again.",
-     (OUTPUT + "blackbox.c",
-      "    box->written = box->next;\n",
+    ("other-hold-ignores-withdrawal",
+     "In HOLD a withdrawn enable is not noticed: the outputs stay until the hold time is over.",
+     (BOX + "mode.c",
+      "const bool leave = e->stop || withdrawn(e) || state->hold_us >= max_hold_us;",
+      "const bool leave = e->stop || state->hold_us >= max_hold_us;")),
+    ("other-pair-waits-with-wrong-states",
+     "When the second channel of a pair is the upper one, the rule of pairs takes the last outputs of the two "
+     "channels the wrong way round and drags the slower one along.",
+     (BOX + "limiter.c",
+      "wait_for_other(b_unit_um, a_unit_um, most, b, a, b_um, a_um);",
+      "wait_for_other(b_unit_um, a_unit_um, most, a, b, b_um, a_um);")),
+    ("other-stop-time-by-faster-rate",
+     "The longest time of a stop is computed with the faster of slew and ramp, so a slow ramp is cut off before "
+     "zero.",
+     (BOX + "box.c",
+      "return channel->is_slope ? slew - lost : cb_min(slew - lost, config->ramp_um_per_s);",
+      "return channel->is_slope ? slew - lost : cb_max(slew - lost, config->ramp_um_per_s);")),
+    ("other-memory-pass-never-compared",
+     "The slow pass over the whole configuration never ends (off by one), so a change of the pool in memory is "
+     "not detected.",
+     (BOX + "check.c",
+      "if (box->words_checked < CHECK_WORDS) return true;",
+      "if (box->words_checked <= CHECK_WORDS) return true;")),
+    ("other-ceiling-size-or-rate",
+     "Where the site's ceiling lowers the size of a channel, it no longer lowers its rate (short circuit).",
+     (BOX + "ceiling.c",
+      "    bool lowered = lower(&channel->limit_um, ceiling->um);\n"
+      "    if (lower(&channel->slew_um_per_s, ceiling->um_per_s)) lowered = true;\n",
+      "    bool lowered = lower(&channel->limit_um, ceiling->um) ||\n"
+      "                   lower(&channel->slew_um_per_s, ceiling->um_per_s);\n")),
+    ("other-refused-value-refreshes-age",
+     "The time of a value is taken before the check of its rate, so a signal whose values are refused as too "
+     "fast stays fresh with its old value.",
+     (SIGNALS + "signals.c",
+      "    const float change = value - state->value;\n"
+      "    if (state->known) {\n",
+      "    const float change = value - state->value;\n"
+      "    state->time_us = time_us;\n"
+      "    if (state->known) {\n")),
+    ("other-doubted-sensor-keeps-streak",
+     "A doubted PLC signal keeps its streak, so the quick path accepts it and it remains fresh.",
+     (SIGNALS + "sensors.c",
+      "        if (signal->doubted) signal->streak = 0;\n",
       "")),
-    ("other-watchdog-fed-without-steps",
-     "The watchdogs are fed by time alone, also while the loop completes no cycles.",
-     (DAEMON + "supervise.c",
-      "if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;",
-      "if (every_us == 0 || now_us - *fed_us < every_us) return false;")),
-    ("other-ring-one-too-many",
-     "A ring between two threads takes one item more than it has slots, so it overwrites the oldest unread one "
-     "while the reader is held up.",
-     (LINUX + "mailbox.h",
-      "if (ring->written - taken >= ring->slots) {",
-      "if (ring->written - taken > ring->slots) {")),
-    ("other-replaced-file-not-synced",
-     "A durable file (state, statistics) is renamed over the old one before its bytes are on the disk, so a "
-     "power cut leaves an empty or torn one.",
-     (OUTPUT + "output_file.c",
-      "    error = cb_output_close(fd, error, durable);\n"
-      "    if (error == 0 && rename(temporary, path) != 0) error = errno;",
-      "    error = cb_output_close(fd, error, false);\n"
-      "    if (error == 0 && rename(temporary, path) != 0) error = errno;")),
+    ("other-banks-remember-too-early",
+     "Each bank remembers its inputs at once, so the lags of a second bank with the same input do not move.",
+     (SIGNALS + "bank.c",
+      "    for (unsigned b = 0; b < config->banks_count; ++b)\n"
+      "        follow_bank(config, &config->banks[b], signals, state);\n"
+      "    for (unsigned b = 0; b < config->banks_count; ++b)\n"
+      "        remember(config, &config->banks[b], signals, state);\n",
+      "    for (unsigned b = 0; b < config->banks_count; ++b) {\n"
+      "        follow_bank(config, &config->banks[b], signals, state);\n"
+      "        remember(config, &config->banks[b], signals, state);\n"
+      "    }\n")),
+    ("other-volumetric-takes-faded-errors",
+     "A term that fades does not end `all_live`, so the volumetric term goes on computing with errors that are "
+     "missing.",
+     ("firmware/terms/terms.c",
+      "    step->e.all_live = false;\n",
+      "")),
+    ("other-int32-cdab-unsigned",
+     "An int32 in the order CDAB is decoded without its sign: negative positions and read-backs are huge.",
+     ("firmware/wire/number.c",
+      "return signed_32(wide(r[1], r[0]));",
+      "return (float)wide(r[1], r[0]);")),
+    ("other-reload-drops-adapted-values",
+     "After a reload an adapted term begins again at bias and gain 0 and moves to its targets at the ramp.",
+     (BOX + "adopt.c",
+      "    fresh->terms[index].adapted = old->terms[was].adapted;\n",
+      "")),
+    ("other-suspend-writes-old-outputs",
+     "With fc23 the first request after a suspend writes the outputs from before it.",
+     ("hal/cycle.c",
+      "/* out: the last step is so long ago that the next one takes all its inputs as stale: mode and\n"
+      " * outputs that it computed are not written any more */\n"
+      "static bool outlived(const struct cb_cycle *cycle, const struct cb_box *box) {\n"
+      "    return cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;\n"
+      "}\n"
+      "\n",
+      ""),
+     ("hal/cycle.c",
+      "const bool combined = has_outputs && !outlived(cycle, box);",
+      "const bool combined = has_outputs;")),
+    ("other-lag-holds-old-input",
+     "Over a gap longer than its time constant a lag follows the old input alone, as if the new one had not been "
+     "approached.",
+     ("models/lag.c",
+      "if (h > 0.0f) gains.ramp = h <= 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;",
+      "if (h > 0.0f && h <= 1.0f) gains.ramp = ramp_series(h);")),
+    ("other-curve-extrapolates",
+     "Beyond its ends a piecewise curve is extrapolated by its last piece instead of held.",
+     ("models/ppoly.c",
+      "return (struct cb_curve_value){cb_ppoly_value_in(curve, inside, here), 0.0f, inside != x};",
+      "return (struct cb_curve_value){cb_ppoly_value_in(curve, x, here), 0.0f, inside != x};")),
+    ("other-tcp-failures-never-forgiven",
+     "A valid reply does not reset the failures in a row, so every third lost reply drops the connection.",
+     (LINUX + "tcp.c",
+      "    tcp->counters.replies++;\n"
+      "    tcp->failures_in_row = 0;\n",
+      "    tcp->counters.replies++;\n")),
+    ("other-connect-without-timeout",
+     "An attempt to connect that gets no answer is never given up by the box.",
+     (LINUX + "link.c",
+      "    if (poll(&wait, 1, 0) <= 0) {\n"
+      "        if (now_us - link->since_us > CONNECT_TIMEOUT_US) attempt_failed(link, ETIMEDOUT, now_us);\n"
+      "        return;\n"
+      "    }\n",
+      "    if (poll(&wait, 1, 0) <= 0) return;\n")),
+    ("other-resumed-lag-skips-pause",
+     "After a restart the resumed lags count as followed until now, so the pause is left out.",
+     (OUTPUT + "state.c",
+      "    *time_us = to->now->boottime_us - pause_us;\n",
+      "    *time_us = to->now->boottime_us;\n")),
+    ("other-state-never-stopped",
+     "The last state is taken after its mark for STOPPED was set, which clears the mark: no run ends STOPPED by "
+     "the state file.",
+     (DAEMON + "main.c",
+      "    cb_state_take(&daemon->state, daemon->loop.box);\n"
+      "    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);\n",
+      "    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);\n"
+      "    cb_state_take(&daemon->state, daemon->loop.box);\n")),
+    ("other-widening-misses-slopes",
+     "A reload that widens the limit or the rate of a slope is taken at work, because only the channels are "
+     "compared.",
+     (DAEMON + "widening.c",
+      "for (unsigned i = 0; i < cb_all_channels(fresh); i++)",
+      "for (unsigned i = 0; i < fresh->channels_count; i++)")),
+    ("other-can-return-not-noticed",
+     "When the CAN bus is back, CANopen nodes are not told to start again.",
+     (LINUX + "can.c",
+      "    can->state = CB_CAN_UP;\n"
+      "    can->is_back = true;\n",
+      "    can->state = CB_CAN_UP;\n")),
 ]
