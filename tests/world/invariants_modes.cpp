@@ -128,6 +128,7 @@ class permission_invariant : public invariant {
         // A daemon that wrote nothing leaves the PLC as the one before it did.
         was_stopped_ = contact_ ? mode_ == fakeplc::box_mode::stopped : was_stopped_;
         contact_ = start_known_ = false;
+        writes_ = 0;
         mode_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
@@ -179,9 +180,12 @@ class permission_invariant : public invariant {
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
+        const bool follows = !contact_ || 2 * (seen.sent - newest_ns_) < 3 * facts.period_us * us;
         newest_ns_ = seen.sent;
-        if (!std::exchange(contact_, true) && start_known_ && !lost_ &&
-            block.reason == box_reason::wait)
+        contact_ = true;
+        // The first writes, without a silence between, in which contact may be lost again.
+        if (!follows || ++writes_ > first_writes) start_known_ = false;
+        if (start_known_ && !lost_ && block.reason == box_reason::wait)
             violated("a box that has just started waits for permission, and nothing was lost");
         const unsigned mode_before = std::exchange(mode_, block.mode);
         if (block.mode != fakeplc::box_mode::active) {
@@ -205,6 +209,8 @@ class permission_invariant : public invariant {
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2, lost_ns_ = -never / 2;
     bool lost_ = false, contact_ = false, was_stopped_ = false;
+    static constexpr int first_writes = 10;
+    int writes_ = 0;                              // of this daemon
     bool start_known_ = false;                    // whether something was lost before this start
     unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write
 };

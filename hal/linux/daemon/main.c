@@ -459,8 +459,8 @@ static int write_stats(struct daemon *daemon) {
 
 static void write_stats_now_and_then(struct daemon *daemon, int64_t now_us) {
     if (now_us - daemon->stats_us < STATS_EVERY_US) return;
-    if (generation_shown(daemon) != daemon->generation) return; /* they tell of the new file */
-    daemon->stats_us = now_us;
+    /* of a file that has no row yet they tell as soon as it has one */
+    daemon->stats_us = generation_shown(daemon) == daemon->generation ? now_us : 0;
     cb_log_file(&daemon->log, daemon->options.stats, write_stats(daemon), &daemon->stats_error,
                 now_us);
 }
