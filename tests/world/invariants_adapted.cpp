@@ -44,7 +44,8 @@ class adapted_invariant : public invariant {
         for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_counts(one);
-            if (snapshot.value("mode", "") != "ACTIVE") settled_.reset();  // terms may fade
+            const bool fades = snapshot.value("reason", "").find("faded") != std::string::npos;
+            if (snapshot.value("mode", "") != "ACTIVE" || fades) settled_.reset();
             judge_settled(one, snapshot.at("terms"));
         }
     }

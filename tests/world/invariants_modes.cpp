@@ -136,7 +136,7 @@ class permission_invariant : public invariant {
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
         if (!contact_ && is_refused_read_back(facts, seen)) {
             lost_ = !trusted();
-            start_known_ = was_stopped_ && !loses_state();
+            start_known_ = was_stopped_ && !hides_start();
         }
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
@@ -148,19 +148,21 @@ class permission_invariant : public invariant {
         return was_stopped_ || draws_any(of_, {fault_kind::state, fault_kind::power_cut,
                                                fault_kind::disk, fault_kind::refuse});
     }
-    // Whether the state file may say less than the run before.
-    bool loses_state() const {
+    // Whether the state file may say less than the run before, or a write be that of another step.
+    bool hides_start() const {
         return longest_lag(of_) != 0 ||
                draws_any(of_, {fault_kind::state, fault_kind::power_cut, fault_kind::disk,
                                fault_kind::refuse, fault_kind::kill, fault_kind::links,
                                fault_kind::partial, fault_kind::memory, fault_kind::hostile,
-                               fault_kind::boundary});
+                               fault_kind::foreign, fault_kind::stray, fault_kind::twice,
+                               fault_kind::wire, fault_kind::line, fault_kind::tear,
+                               fault_kind::reset, fault_kind::loss, fault_kind::boundary});
     }
     void first_contact(const machine &facts, const exchange &seen) {
         const auto at = static_cast<std::size_t>(facts.map.status - facts.map.write.start);
         const unsigned mode = seen.read[at] & 0xFFu;
         lost_ = mode != fakeplc::box_mode::standby && mode != fakeplc::box_mode::stopped;
-        start_known_ = true;
+        start_known_ = !hides_start();
     }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);

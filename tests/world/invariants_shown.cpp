@@ -31,7 +31,9 @@ class shown_invariant : public invariant {
         for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
     }
     void started() override { steady_ns_ = of_.time.now(); }
-    void taken(const machine &, const machine &) override { steady_ns_ = of_.time.now(); }
+    void taken(const machine &, const machine &) override {
+        steady_ns_ = taken_ns_ = of_.time.now();
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
@@ -50,7 +52,7 @@ class shown_invariant : public invariant {
             const std::string state = signal.at("state");
             if (state == "fresh" && signal.at("value").is_number())
                 judge(signal.at("name"), signal.at("value"));
-            if (state == "never" || state == "stale") judge_missing(signal.at("name"), state);
+            if (state != "fresh") judge_missing(signal.at("name"), state);
         }
     }
 
@@ -100,16 +102,18 @@ class shown_invariant : public invariant {
             violated(fmt::format("{} is {}, and its source gave good values for {} ms", signal,
                                  state, (now - until) / ms));
     }
+    // Behind another file, whose signals may have another order.
     void judge_state(const std::string &bytes) {
-        if (draws(of_, fault_kind::state)) return;
+        if (of_.time.now() - taken_ns_ > 3 * second || draws(of_, fault_kind::state)) return;
         const auto file = decoded(bytes);
-        if (!file || of_.time.now() - steady_ns_ > 3 * second) return;
+        if (!file) return;
         for (const state_file::record &lag : file->records)
             if (lag.name[0] == 0 && lag.unix_us > 0) judge(lag.lag_of, lag.input);
     }
 
     bool judged_;
-    time_ns steady_ns_ = 0;           // of the last start or other file
+    time_ns steady_ns_ = 0;           // of the last start or other file …
+    time_ns taken_ns_ = -never / 2;   // … and of that file
     std::set<std::string> doubtful_;  // a good value may be refused, or not used
     std::map<std::string, std::deque<given>> values_;
 };

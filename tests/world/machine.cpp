@@ -1021,7 +1021,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     if (sloped.contains("tangent") && wiring.one_in(4)) {
         json &tangent = sloped["tangent"];
         if (wiring.one_in(2))
-            tangent["slope_limit"] = rounded(0.95 * tangent["slope_limit"].get<double>());
+            tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
     if (root.contains("pairs") && own.one_in(6)) {

@@ -375,6 +375,9 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
     return [made, along, places, errors](const values &at) {
         numbers found;
         for (const function &error : errors) found.push_back(error(at));
+        // With one of them missing the box has none of its outputs.
+        if (std::any_of(found.begin(), found.end(), [](double um) { return std::isnan(um); }))
+            return unknown;
         return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found);
     };
 }
