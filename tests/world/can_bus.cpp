@@ -144,6 +144,7 @@ void can_bus::put(const can_frame &frame) {
 void can_bus::set_interface(interface_state state) {
     if (state == state_) return;
     state_ = state;
+    changed_ns = of_.time.now();
     for (can_node &node : nodes) node.waits = 0;
     const int error = state == interface_state::down   ? ENETDOWN
                       : state == interface_state::gone ? ENODEV
@@ -158,6 +159,7 @@ void can_bus::set_interface(interface_state state) {
 void can_bus::reboot(std::size_t node) {
     can_node &of = nodes[node];
     of.operational = of.starts_itself;
+    of.booted_ns = of_.time.now();
     can_frame boot_up = {};
     boot_up.can_id = static_cast<canid_t>(0x700 + of.number);
     boot_up.can_dlc = 1;

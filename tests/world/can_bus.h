@@ -26,6 +26,7 @@ struct can_node {
     bool operational = false, silent = false, deaf = false;  // deaf: no start reaches it
     // Heartbeats in which it waited for its start, since the box last sent one or could not.
     int waits = 0;
+    time_ns booted_ns = 0;
 };
 
 class can_bus {
@@ -35,6 +36,7 @@ class can_bus {
     enum class interface_state { up, down, gone };
     void set_interface(interface_state state);
     interface_state state() const { return state_; }
+    time_ns changed_ns = 0;  // the state, last
     // A frame on the bus, an error frame too: all sockets with a fitting filter get it.
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again

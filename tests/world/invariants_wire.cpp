@@ -177,7 +177,8 @@ class pace_invariant : public invariant {
     std::map<int, module> modules_;
 };
 
-// A supervised node of CAN that says it is not operational is started again, each second.
+// A supervised node of CAN that says it is not operational is started again, each second. One that
+// says nothing is started when it boots and when the interface is back.
 class nodes_invariant : public invariant {
   public:
     explicit nodes_invariant(run &of)
@@ -186,6 +187,7 @@ class nodes_invariant : public invariant {
                   !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
                                   fault_kind::partial, fault_kind::boundary})) {}
     void started() override {
+        start_ns_ = of_.time.now();
         if (!judged_) return;
         for (can_node &node : of_.can->nodes) node.waits = 0;
     }
@@ -195,11 +197,17 @@ class nodes_invariant : public invariant {
             if (node.supervised && node.waits * node.heartbeat > most)
                 violated(fmt::format("node {} waits for its start for {} ms", node.number,
                                      node.waits * node.heartbeat / ms));
+            const time_ns since = std::max({start_ns_, of_.can->changed_ns, node.booted_ns});
+            if (node.heartbeat == 0 && !node.operational && of_.can->lost == 0 &&
+                of_.time.now() - since > most)
+                violated(fmt::format("node {} without heartbeats has not been started for {} ms",
+                                     node.number, (of_.time.now() - since) / ms));
         }
     }
 
   private:
     static constexpr time_ns most = 4 * second;  // the box: its look at the interface, and a second
+    time_ns start_ns_ = 0;
     bool judged_;
 };
 
