@@ -23,9 +23,9 @@ import threading
 sys.dont_write_bytecode = True
 import mutants  # noqa: E402
 
-# Faults, cycles of a seed, number of seeds; again and again with further seeds. The kinds are those that a seed draws, as
-# a user runs it: mostly one to three, because the invariants are at their sharpest there. The longer runs are judged for
-# their recovery too, and the last have silences beyond 31 bits of µs.
+# Faults, cycles of a seed, number of seeds; again and again with further seeds. The kinds are those that a seed draws,
+# as a user runs it: mostly one to three, because the invariants are at their sharpest there. The longer runs are judged
+# for their recovery too, and the last have silences beyond 31 bits of µs.
 ROUNDS = [("swarm", 2500, 200), ("swarm", 6000, 40), ("sensors", 90000, 3)]
 VIOLATION = re.compile(r"^violation of (.+?) at .*cycle (\d+) of seed (\d+): (.*)$")
 TABLE = "<!-- table: scripts/report mutants --write -->\n"
