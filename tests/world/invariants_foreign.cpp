@@ -195,7 +195,9 @@ class refused_invariant : public invariant {
         } else if (seen.exception != 0 && seen.function != 3) {
             refused_ns_ = std::min(refused_ns_, seen.now);
         }
-        if (refused_ns_ != never && seen.now - refused_ns_ > 6 * second && !ends_ && hears_all())
+        // A write without a reply is none that is refused.
+        if (refused_ns_ != never && seen.now - refused_ns_ > 6 * second && !ends_ && hears_all() &&
+            !draws(of_, fault_kind::mute))
             violated("writes are refused for six seconds, and the box is not in FAULT");
     }
     void logged(const std::string &line) override {

@@ -75,8 +75,10 @@ class exit_invariant : public invariant {
 
   private:
     // in : the time since the newest write of an offset that had no reply. It may still take effect
-    //      (docs/decisions/0003-what-the-plc-may-hold.md, "A stop").
+    //      (docs/decisions/0003-what-the-plc-may-hold.md, "A stop"); not on a serial line, where
+    //      the reply to a probe ends that.
     void judge_stop(const machine &facts, time_ns behind) {
+        if (!facts.plc_device.empty()) return;
         const time_ns least = (facts.heartbeat_timeout_us + facts.period_us) * us;
         if (stopped_ && behind < least)
             violated(
