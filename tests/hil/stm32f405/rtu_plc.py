@@ -30,12 +30,14 @@ def bytes_of(words):
 
 
 def request_bytes(data):
-    """Length of the request that begins so; None: not known yet."""
+    """Length of the request that begins so; None: not known yet; 0: no request of the box begins so."""
     if len(data) < 2:
         return None
     if data[1] == 3:
         return 8
-    at = {16: 6, 23: 10}[data[1]]
+    at = {16: 6, 23: 10}.get(data[1])
+    if at is None:
+        return 0
     return None if len(data) <= at else at + 3 + data[at]
 
 
@@ -92,12 +94,15 @@ class RtuPlc:
             waiting += got
             while (size := request_bytes(waiting)) and len(waiting) >= size:
                 frame, waiting = waiting[:size], waiting[size:]
+                if crc(frame[:-2]) != frame[-2:]:
+                    size = 0
+                    break
                 self._handle(client, frame)
+            if size == 0:           # it listens from the middle of a request on, or a byte is wrong
+                self.broken += 1
+                waiting = b""
 
     def _handle(self, client, frame):
-        if crc(frame[:-2]) != frame[-2:]:
-            self.broken += 1
-            return
         unit, function = frame[0], frame[1]
         self.requests.append((time.monotonic(), unit, function))
         if unit not in self.units:
