@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Files and log are whole after every kill and power cut, and what they say is true
-// (docs/compboxd.md). The state file is decoded here by its own lines, with a check sum by its
-// definition.
+// (docs/compboxd.md).
 #include <fmt/core.h>
 
 #include <algorithm>

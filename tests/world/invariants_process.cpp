@@ -276,9 +276,8 @@ class memory_invariant : public invariant {
           lag_ns_(longest_lag(of)),
           judged_(lag_ns_ != never && !draws_any(of, {fault_kind::reload, fault_kind::hostile})) {}
     void exchanged(const exchange &seen) override {
-        const std::uint64_t looked_over = of_.flipped_at_step + 2 * pass_steps;
         if (judged_ && of_.flipped_at_step < of_.steps_of_daemon &&
-            of_.steps_of_daemon > looked_over + 2)
+            of_.steps_of_daemon - of_.flipped_at_step > 2 * pass_steps + 2)
             violated(fmt::format("an exchange {} steps after the configuration changed in memory",
                                  of_.steps_of_daemon - of_.flipped_at_step));
         if (!judged_ || of_.flipped_ns == never) return;

@@ -327,7 +327,7 @@ void run::wander_modules() {
     time.at(time.now() + second, [this] { wander_modules(); });
 }
 
-// The folder of a machine that has been in use for long, and what somebody else has put there.
+// A folder with almost as many files as the box keeps, and a file with a name that is not its own.
 void run::fill_blackbox() {
     dice own(options.seed, "black box");
     if (options.seed % 5 != 1 || !own.one_in(2)) return;

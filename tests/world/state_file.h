@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The daemon's state file, read by its description alone (docs/compboxd.md).
+// The daemon's state file, read by its description alone (docs/compboxd.md), with a check sum by
+// its definition.
 #pragma once
 
 #include <cstdint>
