@@ -92,8 +92,12 @@ void fault_injector::lose_while_off() {
     const time_ns off = in_hold ? noticed + own.time_between(20 * ms, 300 * ms) : 0;
     const time_ns known = std::max(stands + noticed, off);
     fakeplc::fake_plc &control = of_.plc.control;
-    later(stands, [&control] { control.freeze_nc(true); });
-    later(off, [&control] { control.set_enable(false); });
+    later(stands, [this, &control] {
+        if (active_) control.freeze_nc(true);
+    });
+    later(off, [this, &control] {
+        if (active_) control.set_enable(false);
+    });
     later(known + own.time_between(50 * ms, 500 * ms), [&control] { control.set_enable(true); });
     later(known + own.time_between(200 * ms, 800 * ms), [&control] { control.freeze_nc(false); });
 }
@@ -172,7 +176,9 @@ void fault_injector::plan_plc() {
                 of_.net.plugged = false;
                 later(lasts, [this] { of_.net.plugged = true; });
                 if (!drawn.one_in(2)) break;
-                later(lasts / 2, [&plc] { plc.stop_program(true); });  // it stands when it is back
+                later(lasts / 2, [this, &plc] {
+                    if (active_) plc.stop_program(true);  // it stands when it is back
+                });
                 later(lasts + drawn.time_between(100 * ms, 2 * second),
                       [&plc] { plc.stop_program(false); });
                 break;

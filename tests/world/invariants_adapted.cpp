@@ -45,11 +45,15 @@ class adapted_invariant : public invariant {
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_counts(one);
             const bool fades = snapshot.value("reason", "").find("faded") != std::string::npos;
-            if (snapshot.value("mode", "") != "ACTIVE" || fades) settled_.reset();
-            judge_settled(one, snapshot.at("terms"));
+            const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !fades;
+            if (!is_active) settled_.reset();
+            judge_settled(one, snapshot.at("terms"), is_active);
         }
     }
-    void started() override { settled_.reset(); }
+    void started() override {
+        settled_.reset();
+        resumed_ = shown_;
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (adapts_.empty() || !is_reading(facts, seen)) return;
@@ -72,14 +76,18 @@ class adapted_invariant : public invariant {
             violated(fmt::format("{} measurements are counted, there were {}", counted, measured_));
     }
     // What a probe has made of the term stays, also with another file, until the next
-    // probe.
-    void judge_settled(const json &one, const json &terms) {
+    // probe. A start takes it up at once, with the state file.
+    void judge_settled(const json &one, const json &terms, bool is_active) {
         const auto y = number_at(terms, one.at("name"), "value");
         const auto m = number_at(terms, one.at("of"), "value");
         if (!y || !m) return;
         const std::pair<double, double> filter = {one.value("bias_um", 0.0),
                                                   one.value("gain", 0.0)};
         const double want = filter.first + filter.second * *m;
+        shown_ = filter;
+        // Zeros until the daemon has given the box its state.
+        if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
+        if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled =
             std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
         if (settled_ == filter && !settled && !draws_any(of_, {fault_kind::sensors}))
@@ -104,7 +112,10 @@ class adapted_invariant : public invariant {
     std::vector<json> adapts_;
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
-    std::optional<std::pair<double, double>> settled_;  // bias and gain, if it has arrived there
+    using bias_and_gain = std::optional<std::pair<double, double>>;
+    bias_and_gain settled_;  // if the term has arrived there
+    bias_and_gain shown_;    // by the newest snapshot
+    bias_and_gain resumed_;  // that of the run before, until this one is ACTIVE
 };
 
 // The settings of a term, by the names of their keys.

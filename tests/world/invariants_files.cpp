@@ -276,7 +276,8 @@ class stats_invariant : public invariant {
 };
 
 // The state file is whole at any time unless someone else has changed it; a file that is not whole
-// is refused. STOPPED in it is true. The pause that the log names is the true one.
+// is refused. STOPPED in it is true, and the last one of a run has it if that run ended so, or
+// wrote nothing behind one that did. The pause that the log names is the true one.
 class state_invariant : public invariant {
   public:
     explicit state_invariant(run &of) : invariant(of, "state") {}
@@ -287,8 +288,19 @@ class state_invariant : public invariant {
         if (!others && !found_.empty() && !decoded(found_))
             violated(fmt::format("a start finds a state file of {} bytes that is not whole",
                                  found_.size()));
-        runs_ = true;
-        start_ns_ = of_.time.now();
+        said_stopped_ = wrote_nothing_ = false;
+    }
+    void ended(const ending &how) override {
+        const auto statistics = finished_statistics();
+        if (how.by_signal || statistics.is_null() ||
+            draws_any(of_, {fault_kind::state, fault_kind::disk, fault_kind::memory,
+                            fault_kind::refuse, fault_kind::links, fault_kind::reader}))
+            return;
+        const auto state = decoded(of_.box.files.text(run::state_path));
+        const bool stopped = wrote_nothing_ ? said_stopped_ : statistics.value("stopped", false);
+        if (state && (state->end.stopped == 1) != stopped)
+            violated(fmt::format("a run that ended {}STOPPED leaves a state file with {}",
+                                 stopped ? "" : "without ", state->end.stopped));
     }
     void file_written(const std::string &path, const node &file) override {
         if (path != run::state_path || file.kind != node_kind::regular ||
@@ -314,6 +326,9 @@ class state_invariant : public invariant {
     void logged(const std::string &line) override {
         unsigned resumed = 0, all = 0;
         double pause_s = 0;
+        const auto has = [&](const char *words) { return line.find(words) != std::string::npos; };
+        said_stopped_ = said_stopped_ || has("; the previous run ended STOPPED");
+        wrote_nothing_ = wrote_nothing_ || has("nothing was written: check");
         const auto at = line.find(run::state_path);
         if (at == std::string::npos) return;
         const char *words = line.c_str() + at + std::strlen(run::state_path);
@@ -353,9 +368,11 @@ class state_invariant : public invariant {
             true_ns_[of_.box.files.text(run::state_path)] = {oldest, of_.box.boot_id()};
     }
 
-    bool runs_ = false, zero_ = false;
+    bool zero_ = false;
+    bool said_stopped_ = false;   // the log, of the run before
+    bool wrote_nothing_ = false;  // this daemon, by the log
     std::string found_;
-    time_ns start_ns_ = 0, sent_ns_ = 0;
+    time_ns sent_ns_ = 0;
     struct moment {
         time_ns ns;
         std::string boot_id;
@@ -464,6 +481,8 @@ class events_invariant : public invariant {
     void check() {
         const auto file = of_.box.files.find(run::events_path, false);
         if (file == nullptr || file->kind != node_kind::regular) return;
+        if (file->bytes.size() > run::most_events_bytes)
+            violated(fmt::format("the file of events has {} bytes", file->bytes.size()));
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
         if (lines.size() < lines_ && is_rotated()) lines_ = safe_ = 0;
         if (lines.size() < safe_ &&

@@ -252,7 +252,8 @@ class rows_invariant : public invariant {
             double tau_s, y = 0, u = 0, at_s = -1, before_s = -1;
             bool is_missing = false;
             // Of the row whose value the state file has: the daemon says how old that is.
-            double saved_s = -1, saved_y = 0, saved_u = 0;
+            // To a tenth of a second: the row before may be the one.
+            double saved_s = -1, saved_y = 0, saved_u = 0, before_u = 0;
         };
         std::vector<lag> lags;
         const auto file = nlohmann::json::parse(of_.box_machine.text);
@@ -273,14 +274,16 @@ class rows_invariant : public invariant {
                 const double y = rows.number(one.name), x = rows.number(one.of);
                 const double u = one.squares ? x * x : x;
                 if (is_before) {
+                    one.before_u = one.saved_s < 0 ? u : one.saved_u;
                     one.saved_s = unix_s;
                     one.saved_y = y;
                     one.saved_u = u;
                     continue;
                 }
                 if (resumes_ && start_s_ - pause_s_ - one.saved_s < 0.2)
-                    check_resumed(one.name, one.saved_y, std::min(u, one.saved_u),
-                                  std::max(u, one.saved_u), y, unix_s - one.saved_s, one.tau_s);
+                    check_resumed(one.name, one.saved_y, std::min({u, one.saved_u, one.before_u}),
+                                  std::max({u, one.saved_u, one.before_u}), y, unix_s - one.saved_s,
+                                  one.tau_s);
                 one.saved_s = -1;
                 const bool same = y == one.y && u == one.u;
                 if (one.at_s >= 0 && !same) {

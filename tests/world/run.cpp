@@ -83,6 +83,7 @@ run::run(const run_options &with)
     box.make_socket = [this](int domain, int) { return make_socket(domain); };
     connect_wires();
     fill_blackbox();
+    fill_events();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -338,6 +339,17 @@ void run::fill_blackbox() {
     box.files.put(fmt::format("{}/0001-20200101T000000Z-FAULT.csv", blackbox_path), "unix_s\n");
 }
 
+// A file of events that is almost as long as it may be.
+void run::fill_events() {
+    dice own(options.seed, "old events");
+    if (!keeps_events() || !own.one_in(4)) return;
+    const std::string line = "{\"kind\":\"log\",\"text\":\"" + std::string(1970, 'x') + "\"}\n";
+    const std::size_t bytes = most_events_bytes - own.below(6000);
+    std::string text;
+    while (text.size() + line.size() <= bytes) text += line;
+    box.files.put(events_path, text);
+}
+
 bool run::keeps_record() const {
     return options.seed % 4 == 0 && options.cycles <= most_recorded;
 }
@@ -355,7 +367,7 @@ void run::start_daemon() {
         !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
     if (options.seed % 7 == 0 || (states && options.seed % 2 == 0))
         words.insert(words.end(), {"--snapshot", snapshot_path});
-    if (options.seed % 2 == 1) words.insert(words.end(), {"--events", events_path});
+    if (keeps_events()) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)

@@ -103,7 +103,9 @@ class run {
     static constexpr const char *record_path = "/run/record.csv";
     static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
-    static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
+    static constexpr std::size_t blackbox_files = 99;          // at most (docs/record.md)
+    static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
+    bool keeps_events() const { return options.seed % 2 == 1; }
     // Whether all records together have at most 1 MB.
     bool keeps_record() const;
     bool limits_records() const { return options.seed % 8 == 0; }
@@ -131,6 +133,7 @@ class run {
     bool is_probe(const fakeplc::byte_string &frame) const;
     void wander_modules();
     void fill_blackbox();
+    void fill_events();
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();
