@@ -132,6 +132,8 @@ void can_bus::put(const can_frame &frame) {
     if (state_ != interface_state::up) return;
     of_.hash.add(&frame, sizeof frame);
     bool taken = false;
+    if ((frame.can_id & CAN_ERR_FLAG) != 0)
+        for (can_node &node : nodes) node.again = 0;
     for (const auto &one : sockets_) {
         if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
@@ -145,7 +147,7 @@ void can_bus::set_interface(interface_state state) {
     if (state == state_) return;
     state_ = state;
     changed_ns = of_.time.now();
-    for (can_node &node : nodes) node.waits = 0;
+    for (can_node &node : nodes) node.waits = node.again = 0;
     const int error = state == interface_state::down   ? ENETDOWN
                       : state == interface_state::gone ? ENODEV
                                                        : 0;
@@ -159,6 +161,7 @@ void can_bus::set_interface(interface_state state) {
 void can_bus::reboot(std::size_t node) {
     can_node &of = nodes[node];
     of.operational = of.starts_itself;
+    of.again = 0;
     of.booted_ns = of_.time.now();
     can_frame boot_up = {};
     boot_up.can_id = static_cast<canid_t>(0x700 + of.number);
@@ -205,6 +208,7 @@ void can_bus::sent_by_box(const can_frame &frame) {
     for (can_node &node : nodes) {
         if (frame.data[1] != 0 && frame.data[1] != node.number) continue;
         node.waits = 0;
+        node.again += node.operational;
         node.operational = node.operational || !node.deaf;
     }
 }

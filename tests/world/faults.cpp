@@ -33,13 +33,18 @@ fault_set every_kind() {
 }
 
 // Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
-// behind it.
+// behind it. One in three is of those that have the most to show.
 fault_set few_kinds(dice &chance) {
     static const std::vector<fault_kind> ends = {fault_kind::kill, fault_kind::power_cut,
                                                  fault_kind::restart, fault_kind::reload};
+    static const std::vector<fault_kind> rich = {fault_kind::sensors, fault_kind::reload,
+                                                 fault_kind::enable, fault_kind::loss,
+                                                 fault_kind::can};
     fault_set kinds;
-    for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i)
-        kinds.insert(static_cast<fault_kind>(chance.below(fault_kinds)));
+    for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i) {
+        const auto any = static_cast<fault_kind>(chance.below(fault_kinds));
+        kinds.insert(chance.one_in(3) ? chance.one_of(rich) : any);
+    }
     if (chance.one_in(4)) kinds.insert(chance.one_of(ends));
     return kinds;
 }
@@ -104,9 +109,9 @@ std::string text_of(const fault_set &kinds, const fault_limits &most) {
 fault_set swarm_of(std::uint64_t seed) {
     dice chance(seed, "swarm");
     const std::uint64_t drawn = chance.below(20);
-    if (drawn < 2) return {};
-    if (drawn == 2) return every_kind();
-    if (drawn < 15) return few_kinds(chance);
+    if (drawn < 3) return {};
+    if (drawn == 3) return every_kind();
+    if (drawn < 17) return few_kinds(chance);
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {

@@ -67,10 +67,10 @@ void fault_injector::put_another_file() {
 // A better file, but nobody vouches for it, or it is signed for another machine.
 void fault_injector::put_unsigned_file() {
     dice own(of_.options.seed + of_.revision, "no signature");
-    if (!of_.signer || !own.one_in(3)) return;
+    if (!of_.signer || !own.one_in(2)) return;
     std::string text = another_file(of_.box_machine, own, of_.next_revision());
     std::string words = "of another machine", signature;
-    if (own.one_in(3)) spoil_key(own);
+    if (own.one_in(2)) spoil_key(own);
     if (!starts() && own.one_in(6)) {
         text.replace(text.find("\"world\""), 7, "\"other\"");
         signature = of_.signer->sign(text, own);

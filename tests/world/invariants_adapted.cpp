@@ -37,10 +37,8 @@ class adapted_invariant : public invariant {
         for (const auto &term : root.at("terms"))
             if (term.at("type") == "adapt") adapts_.push_back(term);
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (adapts_.empty() || path != run::snapshot_path) return;
-        const json snapshot = json::parse(file.bytes, nullptr, false);
-        if (!snapshot.is_object() || !snapshot.contains("terms")) return;
+    void shown(const json &snapshot) override {
+        if (adapts_.empty()) return;
         for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_counts(one);
@@ -137,6 +135,7 @@ struct filter_settings {
 struct filter_state {
     double b = 0, g = 0;
     std::optional<double> innovation, expected;  // of the probe that was judged last
+    double cusum = 0;
     unsigned taken = 0, asked = 0, refused = 0;
     bool asks = false;
     unsigned probes() const { return taken + asked + refused; }
@@ -218,16 +217,15 @@ class probes_invariant : public invariant {
         const auto was = std::exchange(count_, count);
         if (count && was && *count != *was) take_probe(facts, seen);
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (!box_ || path != run::snapshot_path) return;
-        const json snapshot = json::parse(file.bytes, nullptr, false);
-        if (!snapshot.is_object() || !snapshot.contains("adapted")) return;
+    void shown(const json &snapshot) override {
+        if (!box_ || !snapshot.contains("adapted")) return;
         const json &entry = snapshot.at("adapted")[0];
         filter_state now;
         now.b = entry.at("bias_um");
         now.g = entry.at("gain");
         if (entry.at("innovation_um").is_number()) now.innovation = entry.at("innovation_um");
         if (entry.at("expected_um").is_number()) now.expected = entry.at("expected_um");
+        now.cusum = entry.at("cusum");
         now.taken = entry.at("taken");
         now.asked = entry.at("asked");
         now.refused = entry.at("refused");
@@ -272,7 +270,7 @@ class probes_invariant : public invariant {
         if (more == 1 && now.probes() == probes_)
             judge(now);
         else if (more > 0)
-            knows_ = pends_known_ = since_known_ = false;
+            knows_ = pends_known_ = since_known_ = sums_known_ = false;
         else if (now.b != was_.b || now.g != was_.g)
             violated(fmt::format("b and g become {} and {} without a probe", now.b, now.g));
         was_ = now;
@@ -311,8 +309,21 @@ class probes_invariant : public invariant {
         if (knows_) judge_variance(root_s * root_s);
         judge_gate(now, e, root_s, m, taken);
         if (!taken) return;
+        sum_up(std::clamp(e / root_s, -3.0, 3.0), now.cusum);
         since_s_ = 0;
         since_known_ = true;
+    }
+    // What exceeds half a standard deviation, to one side and to the other; they end at twice the
+    // alarm (models/adapt.h).
+    void sum_up(double deviations, double cusum) {
+        above_ = std::clamp(above_ + deviations - 0.5, 0.0, 20.0);
+        below_ = std::clamp(below_ - deviations - 0.5, 0.0, 20.0);
+        const double is = std::max(above_, below_);
+        if (sums_known_ && std::fabs(is - cusum) > 1e-3)
+            violated(fmt::format("the sum of innovations is {}, by the filter {}", cusum, is));
+        if (cusum > 0) return;
+        above_ = below_ = 0;
+        sums_known_ = true;
     }
     void judge_innovation(double e) {
         const double m = newest_.m.value, y = was_.b + (1 + was_.g) * m;
@@ -451,6 +462,8 @@ class probes_invariant : public invariant {
     bool pends_known_ = true;
     double pending_h_ = 0, since_s_ = 1e9;  // behind a probe that was taken
     bool since_known_ = true;
+    double above_ = 0, below_ = 0;  // sums of innovations
+    bool sums_known_ = true;
 };
 
 }  // namespace

@@ -137,9 +137,18 @@ class stats_invariant : public invariant {
             !draws_any(of_, {fault_kind::boundary, fault_kind::reload, fault_kind::hostile}))
             violated(fmt::format("{} µs between two wake-ups", intervals.value("min", 0.0)));
         const auto cycles = all.value("cycles", std::uint64_t{0});
-        const auto rows = all.at("jitter_us").value("count", std::uint64_t{0}) +
-                          all.value("rows_lost", std::uint64_t{0});
-        if (rows != cycles) violated(fmt::format("{} rows of {} cycles are counted", rows, cycles));
+        const auto lost = all.value("rows_lost", std::uint64_t{0});  // some behind the newest row
+        const auto rows = all.at("jitter_us").value("count", std::uint64_t{0}) + lost;
+        double before_s = -1e12;
+        for (const auto &change : all.at("history")) {
+            const double time_s = change.value("time_s", 0.0);
+            if (time_s < before_s)
+                violated(
+                    fmt::format("a change at {} s is listed behind one at {} s", time_s, before_s));
+            before_s = time_s;
+        }
+        if (rows < cycles || (rows > cycles && lost == 0))
+            violated(fmt::format("{} rows of {} cycles are counted", rows, cycles));
     }
     // No sensor of the world leaves its range or its rate by itself, whatever the wall clock does.
     void check_plausible(const nlohmann::json &box) {
@@ -390,6 +399,11 @@ class record_invariant : public invariant {
     void file_written(const std::string &path, const node &) override {
         writes_ = writes_ || path == run::record_path;
     }
+    void ticked() override {
+        const time_ns ahead_ns = of_.box.wall() - of_.time.now();
+        if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
+            set_ns_ = of_.time.now();
+    }
     void ended(const ending &how) override {
         for (const std::string &found : of_.box.files.names_in(run::blackbox_path))
             if (found.size() > 4 && found.substr(found.size() - 4) == ".csv")
@@ -399,11 +413,29 @@ class record_invariant : public invariant {
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
         check_kept();
+        if (!how.by_signal && draws(of_, fault_kind::clock) && longest_lag(of_) == 0 &&
+            !draws(of_, fault_kind::disk))
+            check_clock(text);
     }
 
   private:
     bool writes_ = false;
     std::uint64_t rows_ = 0;  // of all records so far
+    time_ns ahead_ns_ = 0;    // the wall clock, of the world's time, which was set then
+    time_ns set_ns_ = 0;
+
+    // The newest row has the time of a clock that was set some seconds ago.
+    void check_clock(const std::string &text) {
+        const auto last = text.rfind(',');  // unix_s is the last column
+        if (std::count(text.begin(), text.end(), '\n') < 2 ||
+            of_.time.now() - set_ns_ < 10 * second)
+            return;
+        const double unix_s = std::strtod(text.c_str() + last + 1, nullptr);
+        const double wall_s = 1e-9 * static_cast<double>(of_.box.wall());
+        if (std::abs(unix_s - wall_s) > 5)
+            violated(
+                fmt::format("the newest row has the time {} s, the clock {} s", unix_s, wall_s));
+    }
     void check_kept() {
         if (draws_any(of_, {fault_kind::power_cut, fault_kind::disk})) return;
         std::uint64_t rows = 0, bytes = 0;
@@ -456,7 +488,14 @@ class events_invariant : public invariant {
     explicit events_invariant(run &of) : invariant(of, "events") {}
     void started() override {
         check();
-        lost_ = left_out_ = 0;
+        lost_ = left_out_ = modes_ = changes_ = 0;
+        mode_.reset();
+    }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty()) return;
+        const unsigned mode = block_of(of_.author_of(seen), seen).mode;
+        changes_ += mode_ && *mode_ != mode;
+        mode_ = mode;
     }
     void logged(const std::string &line) override {
         unsigned count = 0;
@@ -468,6 +507,11 @@ class events_invariant : public invariant {
     void ended(const ending &how) override {
         check();
         if (!how.by_signal && how.code == 0) safe_ = lines_;
+        if (of_.keeps_events() && !how.by_signal && changes_ > 2 && changes_ < few &&
+            2 * modes_ < changes_ &&
+            !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
+            violated(
+                fmt::format("{} events of the mode, which changed {} times", modes_, changes_));
         if (how.by_signal ||
             draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
                             fault_kind::links, fault_kind::reader}))
@@ -484,7 +528,10 @@ class events_invariant : public invariant {
         if (file->bytes.size() > run::most_events_bytes)
             violated(fmt::format("the file of events has {} bytes", file->bytes.size()));
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
-        if (lines.size() < lines_ && is_rotated()) lines_ = safe_ = 0;
+        if (lines.size() < lines_ && is_rotated()) {
+            lines_ = safe_ = 0;
+            changes_ = few;  // some are told in the file before
+        }
         if (lines.size() < safe_ &&
             !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
             violated(fmt::format("{} lines of events, and a daemon that ended with 0 had left {}",
@@ -494,7 +541,7 @@ class events_invariant : public invariant {
             violated(fmt::format("{} lines of events, there were {}", lines.size(), lines_));
         for (std::size_t i = lines_; i + 1 < lines.size(); ++i) {
             const auto event = nlohmann::json::parse(lines[i], nullptr, false);
-            if (event.is_object()) lost_ += event.value("lost_before", std::uint64_t{0});
+            if (event.is_object()) judge(event);
             if (!event.is_discarded()) continue;
             if (!draws_any(of_, {fault_kind::power_cut, fault_kind::kill, fault_kind::disk,
                                  fault_kind::refuse, fault_kind::partial}))
@@ -502,14 +549,27 @@ class events_invariant : public invariant {
         }
         lines_ = lines.size();
     }
+    // Who brought a coefficient file is told of that file alone.
+    void judge(const nlohmann::json &event) {
+        lost_ += event.value("lost_before", std::uint64_t{0});
+        modes_ += event.value("kind", "") == "mode";
+        const std::string text = event.value("text", "");
+        const bool is_of_file = text.find("/etc/compbox/") != std::string::npos ||
+                                text.find(", revision ") != std::string::npos;
+        if (event.contains("file") && !is_of_file)
+            violated("an event has the facts of a coefficient file, and is not about one: " + text);
+    }
     // A long file takes another name (docs/events.md), with all of its lines.
     bool is_rotated() const {
         const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;
-    std::size_t safe_ = 0;                   // of a daemon that ended with 0
-    std::uint64_t lost_ = 0, left_out_ = 0;  // by this daemon
+    std::size_t safe_ = 0;                    // of a daemon that ended with 0
+    std::uint64_t lost_ = 0, left_out_ = 0;   // by this daemon
+    static constexpr std::uint64_t few = 15;  // changes that are all told
+    std::uint64_t modes_ = 0, changes_ = 0;   // events of this daemon; what the PLC saw
+    std::optional<unsigned> mode_;
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each

@@ -315,10 +315,8 @@ class sigma_invariant : public invariant {
             if (term.contains("sigma")) stated_[term.at("name")] = term;
         }
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (floors_.empty() || path != run::snapshot_path) return;
-        const json snapshot = json::parse(file.bytes, nullptr, false);
-        if (!snapshot.is_object() || !snapshot.contains("terms")) return;
+    void shown(const json &snapshot) override {
+        if (floors_.empty()) return;
         for (const auto &term : snapshot.at("terms")) {
             const auto floor = floors_.find(term.at("name"));
             if (floor != floors_.end()) judge(term, floor->second);

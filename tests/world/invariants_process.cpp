@@ -283,8 +283,9 @@ class memory_invariant : public invariant {
         if (!judged_ || of_.flipped_ns == never) return;
         const time_ns after_ns = seen.sent - of_.flipped_ns;
         if (after_ns > 3 * of_.running().period_us * us + lag_ns_)
-            violated(
-                fmt::format("an exchange {} ms after a limit changed in memory", after_ns / ms));
+            violated(fmt::format(
+                "an exchange {} ms after a word that each step checks changed in memory",
+                after_ns / ms));
     }
 
   private:
@@ -413,9 +414,17 @@ class overrun_invariant : public invariant {
 class watchdog_invariant : public invariant {
   public:
     explicit watchdog_invariant(run &of) : invariant(of, "watchdog") {}
-    void started() override { fed_ = {}; }
-    void ticked() override { fed_[0].since_tick = fed_[1].since_tick = 0; }
+    void started() override {
+        fed_ = {};
+        waited_ = false;
+    }
+    void ticked() override {
+        fed_[0].since_tick = fed_[1].since_tick = 0;
+        waited_ = true;
+    }
     void supervised(const std::string &words) override {
+        if (words == "READY=1" && !waited_)
+            violated("systemd hears READY before the first tick, let alone a cycle");
         if (!words.empty() && words != "WATCHDOG=1" && words != "V") return;
         feeding &who = fed_[words == "WATCHDOG=1"];
         who.armed = words != "V";
@@ -436,6 +445,7 @@ class watchdog_invariant : public invariant {
         int since_tick = 0;
     };
     std::array<feeding, 2> fed_;  // the hardware, systemd
+    bool waited_ = false;         // for its first tick
 };
 
 }  // namespace

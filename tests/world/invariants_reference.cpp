@@ -193,8 +193,14 @@ class reference_invariant : public invariant {
         a.at_limit = b.at_limit = true;
         if (!(excess > 0)) return;
         const double give = a.um > b.um ? excess / 2 : -excess / 2;
-        a.um -= give;
-        b.um += give;
+        a.um = std::clamp(a.um - give, -first.limit_um, first.limit_um);
+        b.um = std::clamp(b.um + give, -second.limit_um, second.limit_um);
+        // One that stops at its limit leaves the rest to the other.
+        const double apart = std::clamp(a.um - b.um, -pair.most_um, pair.most_um);
+        if (std::fabs(a.um) == first.limit_um)
+            b.um = a.um - apart;
+        else
+            a.um = b.um + apart;
     }
     static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
         for (const pair_facts &pair : facts.pairs) {

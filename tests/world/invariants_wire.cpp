@@ -189,7 +189,7 @@ class nodes_invariant : public invariant {
     void started() override {
         start_ns_ = of_.time.now();
         if (!judged_) return;
-        for (can_node &node : of_.can->nodes) node.waits = 0;
+        for (can_node &node : of_.can->nodes) node.waits = node.again = 0;
     }
     void ticked() override {
         if (!judged_ || of_.can->state() != can_bus::interface_state::up) return;
@@ -202,7 +202,26 @@ class nodes_invariant : public invariant {
                 of_.time.now() - since > most)
                 violated(fmt::format("node {} without heartbeats has not been started for {} ms",
                                      node.number, (of_.time.now() - since) / ms));
+            if (node.heartbeat == 0 && node.again > 3)
+                violated(fmt::format("node {} runs, and is started {} times more", node.number,
+                                     node.again));
         }
+    }
+
+    // No heartbeat passes a bus that is down.
+    void file_written(const std::string &path, const node &file) override {
+        if (!judged_ || path != run::stats_path ||
+            of_.can->state() == can_bus::interface_state::up ||
+            of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
+            return;
+        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
+        if (!all.is_object()) return;
+        for (const auto &shown : all.at("can").at("nodes"))
+            for (const can_node &node : of_.can->nodes)
+                if (node.heartbeat > 0 && node.number == shown.at("node") &&
+                    shown.at("state") == "operational")
+                    violated(
+                        fmt::format("node {} is operational, and its bus is down", node.number));
     }
 
   private:

@@ -191,6 +191,8 @@ struct draft {
                                        {"unit", "degC"},
                                        {"lag_of", name},
                                        {"tau_s", rounded(chance.log_between(5, 3000))}});
+            dice own(made.twin.seed + lags.size(), "short lag");
+            if (own.one_in(4)) root["signals"].back()["tau_s"] = rounded(own.log_between(0.05, 5));
             lags.push_back(name + "_lag");
         }
     }
@@ -288,8 +290,9 @@ struct draft {
                        {"weights", json::array({row})},
                        {"bias", json::array({bias})}}}};
         if (weight > 0) {  // its sigma, along the weights and along each column alike
+            dice own(made.twin.seed + outputs.size(), "floor");
             term["sigma"] = {
-                {"floor_um", json::array({0.5 + std::fabs(bias)})},
+                {"floor_um", json::array({rounded(own.log_between(0.3, 300))})},
                 {"along_um", json::array({std::fabs(weight)})},
                 {"offsets", json::array({-0.5, bias})},
                 {"directions", json::array({row, std::vector<double>(row.size(), 0.1)})}};
@@ -475,7 +478,7 @@ struct draft {
     // a number.
     void draw_probe() {
         dice own(made.twin.seed, "probe");
-        if (!own.one_in(8)) return;
+        if (!own.one_in(6)) return;
         json &sum = root["channels"][0]["sum"];
         const std::size_t term = own.below(sum.size());
         const bool real = own.one_in(2);
@@ -878,7 +881,7 @@ channel_facts facts_of_channel(const json &entry) {
     if (!entry.contains("tangent")) return facts;
     const json &tangent = entry.at("tangent");
     facts.tangent_signal = tangent.at("signal");
-    facts.slope_limit = tangent.at("slope_limit");
+    facts.slope_limit = facts.slope_error = tangent.at("slope_limit");
     facts.slope_slew_per_s = tangent.at("slope_slew_per_s");
     facts.slope_unit = tangent.value("slope_scale", 1.0);
     return facts;
@@ -1085,7 +1088,7 @@ bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];
         if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
-            is.slew_um_per_s > was.slew_um_per_s || is.slope_limit > was.slope_limit ||
+            is.slew_um_per_s > was.slew_um_per_s || is.slope_error > was.slope_error ||
             is.slope_slew_per_s > was.slope_slew_per_s ||
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;

@@ -715,4 +715,212 @@ DEFECTS_BY_OTHERS = [
      (DAEMON + "reload.c",
       "    return stays && !is_same_look(&now, &reload->known);\n",
       "    return !is_same_look(&now, &reload->known);\n")),
+    ("other-adapt-foreign-place",
+     "After a reload or restart with another model, the place of the old model's last probe is compared "
+     "with the new model's place instead of taking the new model's whole variance",
+     ("models/adapt.c",
+      "    if (own->model != state->model)\n"
+      "        return cb_max",
+      "    if (state->model == 0)\n"
+      "        return cb_max")),
+    ("other-adapt-pending-age",
+     "The age of a pending probe never grows, so the drift between it and its repetition is not allowed "
+     "for and repetitions after a while count as disagreeing",
+     ("models/adapt.c",
+      "    if (state->since_h < FLT_MAX) state->since_h += h;\n"
+      "    state->pending_h += h;\n",
+      "    if (state->since_h < FLT_MAX) state->since_h += h;\n")),
+    ("other-adapt-cusum-unclamped",
+     "A normalised innovation enters the drift sums without its bound of 3, so one confirmed change of the "
+     "machine raises the alarm that the model no longer fits",
+     ("models/adapt.c",
+      "    const float x = cb_clamp(state->innovation_um / state->expected_um, -3.0f, 3.0f);",
+      "    const float x = state->innovation_um / state->expected_um;")),
+    ("other-direction-start-forward",
+     "At the start the unknown direction of travel counts as forward at once, instead of the mean of both "
+     "branches",
+     ("models/direction.c",
+      "    direction->extreme = x + 0.5f * width;",
+      "    direction->extreme = x - 0.5f * width;")),
+    ("other-lag-long-step-held",
+     "For a step longer than the time constant (a thermometer that was silent) the lag takes the input as "
+     "held at its new value all the time, not as linear in between",
+     ("models/lag.c",
+      "ramp_series(h) : 1.0f - gains.gain / h;",
+      "ramp_series(h) : gains.gain;")),
+    ("other-sigma-floor-unit",
+     "The variance of a model at a state adds the floor in um instead of its square",
+     ("models/sigma.h",
+      "    return at->floor_um * at->floor_um +",
+      "    return at->floor_um +")),
+    ("other-volumetric-own-axis",
+     "For an axis that carries the workpiece its own position does not add to its lever",
+     ("models/volumetric.c",
+      "    const unsigned from = i < f ? i : i + 1;",
+      "    const unsigned from = i + 1;")),
+    ("other-adopt-direction-unknown",
+     "A reload copies the direction of travel of a curve with branches but not that it is known, so the "
+     "output goes to the mean of both branches",
+     (BOX + "adopt.c",
+      "    fresh->terms[index].directed = true;\n",
+      "")),
+    ("other-limiter-older-turn",
+     "At the end of a turn the late writes are not kept as those of the older turn: they are forgotten at "
+     "once, and the first one holds the output for as long as replies are lost",
+     (BOX + "limiter.c",
+      "    state->older_min_um = state->late_min_um;\n"
+      "    state->older_max_um = state->late_max_um;\n",
+      "")),
+    ("other-probe-before-time",
+     "A probe is judged before the time since the last one has passed for its filter, so the interval and "
+     "the growth of the covariance count only for the next one",
+     (BOX + "probes.c",
+      "        if (first || measured) pass_time(&adapt->settings, probe, now_us);\n"
+      "        if (measured) take(config, term, signals, outputs, states, probe, counters);",
+      "        if (measured) take(config, term, signals, outputs, states, probe, counters);\n"
+      "        if (first || measured) pass_time(&adapt->settings, probe, now_us);")),
+    ("other-ceiling-short-circuit",
+     "Where the site's ceiling lowers a channel's limit it no longer lowers its rate",
+     (BOX + "ceiling.c",
+      "    if (lower(&channel->slew_um_per_s, ceiling->um_per_s)) lowered = true;",
+      "    lowered = lowered || lower(&channel->slew_um_per_s, ceiling->um_per_s);")),
+    ("other-bank-skips-unknown",
+     "An input of a bank without a value yet is skipped with its lags' places, so the inputs behind it "
+     "move the wrong lags until it has one",
+     (SIGNALS + "bank.c",
+      "        if (signal->known) take_pace(config, bank, elapsed_us, &paces);",
+      "        if (!signal->known) continue;\n"
+      "        take_pace(config, bank, elapsed_us, &paces);")),
+    ("other-canopen-start-unwatched",
+     "A node whose heartbeat is not watched, and which only sent its boot-up message, gets the start "
+     "command every second for ever",
+     (SIGNALS + "canopen.c",
+      "    const bool disobeys = config->heartbeat_timeout_ms > 0 && node->state != CB_CANOPEN_UNKNOWN;",
+      "    const bool disobeys = node->state != CB_CANOPEN_UNKNOWN;")),
+    ("other-sensors-third",
+     "One sensor fewer than a third of all may be doubted where the number is a multiple of three: of "
+     "three sensors none",
+     (SIGNALS + "sensors.c",
+      "    if (!wrong || 3u * (doubts(state) + 1u) > count) return;",
+      "    if (!wrong || 3u * (doubts(state) + 1u) >= count) return;")),
+    ("other-rtu-reserve-swapped",
+     "On a serial line repeated writes leave time for another write and repeated reads leave none, so on a "
+     "disturbed line the write has no time left",
+     ("firmware/wire/rtu_dialog.c",
+      "deadline_us - (reads ? (int64_t)dialog->manners.reserve_us : 0);",
+      "deadline_us - (reads ? 0 : (int64_t)dialog->manners.reserve_us);")),
+    ("other-slope-sign",
+     "The slope of a channel does not take over the channel's sign, so on an axis with sign -1 it points "
+     "the wrong way",
+     ("firmware/load/tangent.c",
+      "    slope->sign = channel->sign;\n",
+      "")),
+    ("other-check-links",
+     "The check of each step omits the list of the terms' inputs, so a changed index is used until the "
+     "slow pass over the whole configuration finds it",
+     (BOX + "check.c",
+      "    sum = add(sum, config->links, config->links_count);\n",
+      "")),
+    ("other-fc23-exchange-from-itself",
+     "With fc23 the time of an exchange is measured from the reading of the same request, not from the one "
+     "behind the outputs, so a measured lead is a period too short",
+     ("hal/cycle.c",
+      "    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;\n"
+      "    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;\n"
+      "    cycle->in.read_us = now(hal);",
+      "    cycle->in.read_us = now(hal);\n"
+      "    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;\n"
+      "    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;")),
+    ("other-can-watch-only-up",
+     "While the CAN bus is down or off the heartbeats of its nodes are not watched, so silent nodes stay "
+     "operational in log and files",
+     (LINUX + "can_source.c",
+      "    cb_canopen_watch(&source->config, source->nodes, now_us);\n"
+      "    if (source->can.state != CB_CAN_UP) return;",
+      "    if (source->can.state != CB_CAN_UP) return;\n"
+      "    cb_canopen_watch(&source->config, source->nodes, now_us);")),
+    ("other-hand-group-writable",
+     "A file of measurements by hand that users of its group can write is accepted",
+     (LINUX + "hand.c",
+      "    if (file->st_mode & (S_IWGRP | S_IWOTH)) return",
+      "    if (file->st_mode & S_IWOTH) return")),
+    ("other-keys-damaged-passed-over",
+     "A damaged or unreadable key in the folder is passed over, so with it as the only one the box takes "
+     "unsigned files",
+     (LINUX + "enrolled.c",
+      "        if (!ask(path, question, &answer, message)) answer.keys = -1;",
+      "        (void)ask(path, question, &answer, message);")),
+    ("other-link-attempt-time",
+     "The time limit of an attempt to connect counts from the begin of the pause before it, so behind the "
+     "longest pause an attempt ends at once",
+     (LINUX + "link.c",
+      "    link->state = CB_LINK_CONNECTING;\n"
+      "    link->since_us = now_us;\n",
+      "    link->state = CB_LINK_CONNECTING;\n")),
+    ("other-tcp-proven-by-one",
+     "A connection counts as proven when reads or writes are answered, so a PLC that answers only one of "
+     "them is reconnected again and again without a pause",
+     (LINUX + "tcp.c",
+      "    if (tcp->read_answered && tcp->write_answered) cb_link_proven",
+      "    if (tcp->read_answered || tcp->write_answered) cb_link_proven")),
+    ("other-events-behind-stderr",
+     "A line is added to the events only behind the check that stderr takes one, so a reader of the log "
+     "that has stopped stops the events too",
+     (DAEMON + "log.c",
+      "    cb_events_add(log->events, words[kind], text, kind == CB_LOG_MODE ? log->row : NULL);\n"
+      "    if (!cb_stderr_is_ready()) {\n"
+      "        log->limits[kind].left_out++;\n"
+      "        return;\n"
+      "    }\n",
+      "    if (!cb_stderr_is_ready()) {\n"
+      "        log->limits[kind].left_out++;\n"
+      "        return;\n"
+      "    }\n"
+      "    cb_events_add(log->events, words[kind], text, kind == CB_LOG_MODE ? log->row : NULL);\n")),
+    ("other-row-last-write",
+     "The row of a cycle has the result of the write behind its step, not that of the write before, which "
+     "the step had as input: the recording of inputs cannot be replayed",
+     (DAEMON + "loop.c",
+      "    row->in.last_write = cycle->step_last_write;\n",
+      "")),
+    ("other-events-file-stays",
+     "Behind a reload every later event has the facts of that coefficient file and who brought it",
+     (DAEMON + "main.c",
+      "    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, \"%s%s\", daemon->reload.last, rest);\n"
+      "    daemon->files.events.file = NULL;\n",
+      "    cb_log_limited(&daemon->log, CB_LOG_FILES, now_us, \"%s%s\", daemon->reload.last, rest);\n")),
+    ("other-ready-before-cycle",
+     "READY is sent to systemd before the loop has completed its first cycle",
+     (DAEMON + "supervise.c",
+      "    if (steps == 0) return;\n",
+      "")),
+    ("other-archive-trim-order",
+     "The size of an old record is asked after it was removed, so once the limit is reached all old "
+     "records but the newest are removed",
+     (OUTPUT + "archive.c",
+      "        all -= cb_rotate_bytes(archive->path, last);\n"
+      "        cb_rotate_remove(archive->path, last);",
+      "        cb_rotate_remove(archive->path, last);\n"
+      "        all -= cb_rotate_bytes(archive->path, last);")),
+    ("other-record-old-wall-clock",
+     "The record keeps the wall clock's distance of the start, so unix_s stays wrong when the clock is set "
+     "later",
+     (OUTPUT + "record.c",
+      "    record->wall_us = cb_unix_us() - cb_boottime_us();\n"
+      "    if (record->fd < 0 || record->used == 0) return;",
+      "    if (record->fd < 0 || record->used == 0) return;")),
+    ("other-history-not-rolled",
+     "After 256 changes of mode or reason the history of the statistics begins at the array's start "
+     "instead of at its oldest entry, so its order is wrong",
+     (OUTPUT + "stats_json.c",
+      "    for (uint32_t i = left_out; i < stats->changes; i++) {\n"
+      "        const struct cb_stats_change *change = &stats->history[i % CB_STATS_HISTORY];",
+      "    for (uint32_t i = 0; i < stats->changes - left_out; i++) {\n"
+      "        const struct cb_stats_change *change = &stats->history[i];")),
+    ("other-snapshot-age-at-tick",
+     "The snapshot computes the age of a signal at the wake-up before its reading, so signals of the PLC "
+     "have negative ages",
+     (OUTPUT + "snapshot.c",
+      "1e-3 * (double)(row->step_at_us - signal->time_us)",
+      "1e-3 * (double)(row->time_us - signal->time_us)")),
 ]

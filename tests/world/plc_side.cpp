@@ -42,12 +42,27 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
 
 // A probe that measures, lies, repeats itself or counts without measuring, each for some seconds.
 void plc_side::probe() {
-    enum { measures, no_number, at_limits, runs, replays, alternates, far_off, silent, ways };
+    enum {
+        measures,
+        no_number,
+        at_limits,
+        runs,
+        replays,
+        alternates,
+        elsewhere,
+        far_off,
+        silent,
+        ways
+    };
     if (machine_.map.probes.empty()) return;
-    if (prober_.one_in(20)) probing_ = prober_.below(ways);
+    if (prober_.one_in(20)) {
+        probing_ = prober_.below(ways);
+        place_um_ = prober_.between(-60, 60);
+    }
     if (probing_ == silent || !prober_.one_in(2)) return;
     const bool high = prober_.one_in(2);
     if (probing_ == measures) probed_um_ = prober_.between(-20, 20);
+    if (probing_ == elsewhere) probed_um_ = place_um_ + prober_.between(-10, 10);
     if (probing_ == no_number) probed_um_ = std::nan("");
     if (probing_ == at_limits) probed_um_ = high ? 500 : -500;
     if (probing_ == alternates) probed_um_ = probed_um_ > 0 ? -100 : 100;

@@ -149,6 +149,7 @@ class plc_side : public tcp_peer {
     dice prober_;
     std::uint64_t probing_ = 0;  // what the prober does now
     double probed_um_ = 0;
+    double place_um_ = 0;
     std::uint16_t probes_ = 0;
 };
 

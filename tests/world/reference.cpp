@@ -695,12 +695,15 @@ judged_number reference_box::judged_sum(const std::vector<function> &outputs) co
 judged_number reference_box::judged_slope(std::size_t channel, const std::string &by) const {
     constexpr double apart_mm = 0.01;
     const std::size_t x = place_of(by);
-    const auto slope_at = [this, channel, x](values at, double from_mm, double to_mm) {
-        const double there = at[x];
-        at[x] = there + from_mm;
-        const double before = sum_of(channel, at);
-        at[x] = there + to_mm;
-        return -(sum_of(channel, at) - before) / (to_mm - from_mm);
+    // A reversal goes on with the way.
+    const auto sum_at = [this, channel, x](values at, double way_mm) {
+        at[x] += way_mm;
+        for (const play &one : plays_)
+            if (one.of == x && std::fabs(at[one.to]) < 1) at[one.to] += 2 * way_mm / one.width;
+        return sum_of(channel, at);
+    };
+    const auto slope_at = [&sum_at](const values &at, double from_mm, double to_mm) {
+        return -(sum_at(at, to_mm) - sum_at(at, from_mm)) / (to_mm - from_mm);
     };
     const double slope = slope_at(used_, -apart_mm, apart_mm);
     if (std::isnan(slope)) return {unknown, 0};

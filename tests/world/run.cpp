@@ -101,6 +101,7 @@ run::run(const run_options &with)
     };
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
+        if (path == snapshot_path) note_snapshot(file.bytes);
     };
     plc.answered = [this](time_ns sent, const fakeplc::byte_string &request,
                           const fakeplc::byte_string &reply,
@@ -337,6 +338,12 @@ void run::fill_blackbox() {
         box.files.put(fmt::format("{}/{:06}-20200101T000000Z-FAULT.csv", blackbox_path, first + i),
                       "unix_s,mode\n");
     box.files.put(fmt::format("{}/0001-20200101T000000Z-FAULT.csv", blackbox_path), "unix_s\n");
+}
+
+void run::note_snapshot(const std::string &text) {
+    const auto snapshot = nlohmann::json::parse(text, nullptr, false);
+    if (!snapshot.is_object() || !snapshot.contains("terms")) return;
+    each([&](invariant &one) { one.shown(snapshot); });
 }
 
 // A file of events that is almost as long as it may be.

@@ -134,6 +134,7 @@ class run {
     void wander_modules();
     void fill_blackbox();
     void fill_events();
+    void note_snapshot(const std::string &text);
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();

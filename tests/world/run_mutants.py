@@ -4,10 +4,11 @@
 test uses. A mutant is found by a run that violates an invariant where the program without a mutant, with the same
 seed, cycles and faults, violates none.
   run_mutants.py ROOT [--seconds S] [--jobs J] [--first SEED] [--build-only] [--write FILE] [--missed] [--replay]
-                 [NAME…]
+                 [--update] [NAME…]
 --seconds: processor time for each mutant, 600. NAME: a part of a mutant's name. --write: keeps a table of the results
 in this page, behind its line TABLE. --missed: those that the page does not list as found. --replay: no search, the
-run that the page lists. Exit code 1 when a mutant is missed, or does not compile."""
+run that the page lists. --update: that run, and a search where it shows nothing, or the page lists none. Exit code 1
+when a mutant is missed, or does not compile."""
 import argparse
 import concurrent.futures
 import dataclasses
@@ -204,6 +205,7 @@ def options():
     parser.add_argument("--write", type=pathlib.Path)
     parser.add_argument("--missed", action="store_true")
     parser.add_argument("--replay", action="store_true")
+    parser.add_argument("--update", action="store_true")
     parser.add_argument("names", nargs="*")
     return parser.parse_intermixed_args()
 
@@ -226,11 +228,14 @@ def main():
     missed, failed = [], []
 
     def judge(name, program, unchanged):
-        if with_.replay:
+        outcome = Outcome()
+        if page.is_found(name) and (with_.replay or with_.update):
             known = page.results[name]
             outcome = look(program, unchanged, known.run, known.run.seed)
-        else:
+            outcome.seconds = known.seconds if with_.update else outcome.seconds
+        if not outcome.invariant and not with_.replay:
             outcome = search(program, unchanged, with_.first, with_.seconds)
+        if not with_.replay:
             page.note(name, outcome)
         missed.extend([] if outcome.invariant else [name])
         program.unlink()
