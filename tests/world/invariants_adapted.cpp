@@ -242,6 +242,7 @@ class probes_invariant : public invariant {
         judged_number m = {std::nan(""), 0};  // NaN: not known
         std::optional<judged_number> um;      // what the term has to explain; none: not known
         bool is_number = false;               // the value is plausible
+        bool may_lack = false;                // an input may have been missing
     };
 
     void take_probe(const machine &facts, const exchange &seen) {
@@ -253,6 +254,7 @@ class probes_invariant : public invariant {
         // The box measures the lead for a second first.
         if (seen.sent - started_ns_ > 1200 * ms) one.m = box_->judged({term_.at("of")});
         one.is_number = value.has_value();
+        one.may_lack = box_->may_lack_input(seen.sent);
         const judged_number others = box_->judged(others_);
         if (value && !channel.tangent && !std::isnan(others.value)) {
             const double applied_um = applied_in(facts, 0, seen);
@@ -295,7 +297,7 @@ class probes_invariant : public invariant {
     // A plausible probe of a known model is refused within the shortest time alone.
     void judge_refusal() {
         const bool due = was_.asks || since_s_ > 1.01 * with_->min_interval_s + 0.1;
-        if (since_known_ && due && newest_.um && !std::isnan(newest_.m.value))
+        if (since_known_ && due && newest_.um && !newest_.may_lack && !std::isnan(newest_.m.value))
             violated(fmt::format("a probe is refused {} s behind the one that was taken last",
                                  since_s_));
     }

@@ -643,6 +643,12 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
     return sum;
 }
 
+bool reference_box::may_lack_input(time_ns now) const {
+    return std::any_of(signals_.begin(), signals_.end(), [this, now](const signal &one) {
+        return one.known && now - one.other_ns > one.max_age_ns - 3 * period_ns_;
+    });
+}
+
 bool reference_box::lacks_input(std::size_t channel, time_ns now) const {
     const auto is_gone = [this, now](const signal &one) {
         return one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_;

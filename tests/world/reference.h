@@ -86,6 +86,8 @@ class reference_box {
     judged_number judged_um(std::size_t channel) const;
     // out: whether a term of the channel has an input that is too old for sure
     bool lacks_input(std::size_t channel, time_ns now) const;
+    // out: whether a signal may be too old
+    bool may_lack_input(time_ns now) const;
     // Its derivative by a signal, likewise: µm for each mm.
     judged_number judged_slope(std::size_t channel, const std::string &by) const;
     // The position where it was evaluated, likewise.

@@ -215,6 +215,7 @@ void sensor_watch::add_choice(const std::vector<reading> &readings, unsigned cho
         if (chosen >> j & 1u) {
             is.off = is.off && (seen.stale || z[j].low > beyond * threshold_ / 2);
             is.agrees = is.agrees && seen.fresh && z[j].high < within * threshold_ / 2;
+            is.wrong = is.wrong && seen.fresh;  // without a value it contradicts nothing
             continue;
         }
         bool worst = true, below = false;
