@@ -26,7 +26,7 @@ struct can_node {
     bool operational = false, silent = false, deaf = false;  // deaf: no start reaches it
     // Heartbeats in which it waited for its start, since the box last sent one or could not.
     int waits = 0;
-    int again = 0;  // starts that came while it ran, since it booted or the bus changed
+    int again = 0;  // starts while it ran, since it, the daemon or the bus began anew
     time_ns booted_ns = 0;
 };
 

@@ -279,7 +279,7 @@ void fault_injector::plan_memory() {
             const auto *const limit = reinterpret_cast<const unsigned char *>(&one.limit_um);
             at = static_cast<std::size_t>(limit - bytes) + drawn.below(sizeof one.limit_um);
             dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "links");
-            if (config.links_count > 0 && own.one_in(3))  // or which output a term takes
+            if (config.links_count > 0 && own.one_in(3))  // or which signal a term takes
                 at = static_cast<std::size_t>(config.links - bytes) + own.below(config.links_count);
         }
         of_.flipped_at_step = std::min(of_.flipped_at_step, of_.steps_of_daemon);

@@ -66,7 +66,7 @@ class invariant {
     virtual void sampled(const std::string &, double) {}  // a signal on a wire of its own was sent
     virtual void logged(const std::string &) {}           // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
-    virtual void shown(const nlohmann::json &) {}            // a snapshot, whole and with terms
+    virtual void shown(const nlohmann::json &) {}            // a snapshot that is whole
     virtual void rename_failed(const std::string &) {}       // to this path
     virtual void supervised(const std::string &) {}          // see computer
     virtual void started() {}                                // the daemon

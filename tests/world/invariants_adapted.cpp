@@ -50,7 +50,7 @@ class adapted_invariant : public invariant {
     }
     void started() override {
         settled_.reset();
-        resumed_ = shown_;
+        resumed_ = newest_;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
@@ -82,7 +82,7 @@ class adapted_invariant : public invariant {
         const std::pair<double, double> filter = {one.value("bias_um", 0.0),
                                                   one.value("gain", 0.0)};
         const double want = filter.first + filter.second * *m;
-        shown_ = filter;
+        newest_ = filter;
         // Zeros until the daemon has given the box its state.
         if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
@@ -112,7 +112,7 @@ class adapted_invariant : public invariant {
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
     bias_and_gain settled_;  // if the term has arrived there
-    bias_and_gain shown_;    // by the newest snapshot
+    bias_and_gain newest_;   // by a snapshot
     bias_and_gain resumed_;  // that of the run before, until this one is ACTIVE
 };
 

@@ -137,8 +137,8 @@ class stats_invariant : public invariant {
             !draws_any(of_, {fault_kind::boundary, fault_kind::reload, fault_kind::hostile}))
             violated(fmt::format("{} µs between two wake-ups", intervals.value("min", 0.0)));
         const auto cycles = all.value("cycles", std::uint64_t{0});
-        const auto lost = all.value("rows_lost", std::uint64_t{0});  // some behind the newest row
-        const auto rows = all.at("jitter_us").value("count", std::uint64_t{0}) + lost;
+        const auto rows = all.at("jitter_us").value("count", std::uint64_t{0});
+        const auto lost = all.value("rows_lost", std::uint64_t{0});
         double before_s = -1e12;
         for (const auto &change : all.at("history")) {
             const double time_s = change.value("time_s", 0.0);
@@ -147,8 +147,10 @@ class stats_invariant : public invariant {
                     fmt::format("a change at {} s is listed behind one at {} s", time_s, before_s));
             before_s = time_s;
         }
-        if (rows < cycles || (rows > cycles && lost == 0))
-            violated(fmt::format("{} rows of {} cycles are counted", rows, cycles));
+        // `cycles` does not have yet what is lost behind the newest row.
+        if (rows > cycles || rows + lost < cycles)
+            violated(fmt::format("{} rows and {} lost ones of {} cycles are counted", rows, lost,
+                                 cycles));
     }
     // No sensor of the world leaves its range or its rate by itself, whatever the wall clock does.
     void check_plausible(const nlohmann::json &box) {
@@ -285,8 +287,8 @@ class stats_invariant : public invariant {
 };
 
 // The state file is whole at any time unless someone else has changed it; a file that is not whole
-// is refused. STOPPED in it is true, and the last one of a run has it if that run ended so, or
-// wrote nothing behind one that did. The pause that the log names is the true one.
+// is refused. STOPPED in it is true. The last file of a run has it if that run ended so, or wrote
+// nothing behind one that did. The pause that the log names is the true one.
 class state_invariant : public invariant {
   public:
     explicit state_invariant(run &of) : invariant(of, "state") {}
@@ -297,11 +299,11 @@ class state_invariant : public invariant {
         if (!others && !found_.empty() && !decoded(found_))
             violated(fmt::format("a start finds a state file of {} bytes that is not whole",
                                  found_.size()));
-        said_stopped_ = wrote_nothing_ = false;
+        said_stopped_ = wrote_nothing_ = has_statistics_ = false;
     }
     void ended(const ending &how) override {
         const auto statistics = finished_statistics();
-        if (how.by_signal || statistics.is_null() ||
+        if (how.by_signal || !has_statistics_ || statistics.is_null() ||
             draws_any(of_, {fault_kind::state, fault_kind::disk, fault_kind::memory,
                             fault_kind::refuse, fault_kind::links, fault_kind::reader}))
             return;
@@ -312,6 +314,7 @@ class state_invariant : public invariant {
                                  stopped ? "" : "without ", state->end.stopped));
     }
     void file_written(const std::string &path, const node &file) override {
+        has_statistics_ = has_statistics_ || path == run::stats_path;
         if (path != run::state_path || file.kind != node_kind::regular ||
             draws(of_, fault_kind::state))
             return;
@@ -378,8 +381,9 @@ class state_invariant : public invariant {
     }
 
     bool zero_ = false;
-    bool said_stopped_ = false;   // the log, of the run before
-    bool wrote_nothing_ = false;  // this daemon, by the log
+    bool said_stopped_ = false;    // the log says so of the run before
+    bool wrote_nothing_ = false;   // this daemon, by the log
+    bool has_statistics_ = false;  // of this daemon
     std::string found_;
     time_ns sent_ns_ = 0;
     struct moment {
@@ -391,7 +395,8 @@ class state_invariant : public invariant {
 
 // The record has whole rows, in the order of time, also after a full disk; so has each file of the
 // black box. A kill may cut the last.
-// A start takes no row away, and a limit of all records holds.
+// A start takes no row away, and a limit of all records holds. The newest row has the wall clock's
+// time.
 class record_invariant : public invariant {
   public:
     explicit record_invariant(run &of) : invariant(of, "record") {}
@@ -399,12 +404,9 @@ class record_invariant : public invariant {
     void file_written(const std::string &path, const node &) override {
         writes_ = writes_ || path == run::record_path;
     }
-    void ticked() override {
-        const time_ns ahead_ns = of_.box.wall() - of_.time.now();
-        if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
-            set_ns_ = of_.time.now();
-    }
+    void ticked() override { look_at_clock(); }
     void ended(const ending &how) override {
+        look_at_clock();
         for (const std::string &found : of_.box.files.names_in(run::blackbox_path))
             if (found.size() > 4 && found.substr(found.size() - 4) == ".csv")
                 check(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, found)), 0);
@@ -413,18 +415,22 @@ class record_invariant : public invariant {
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
         check_kept();
-        if (!how.by_signal && draws(of_, fault_kind::clock) && longest_lag(of_) == 0 &&
-            !draws(of_, fault_kind::disk))
+        if (!how.by_signal && draws(of_, fault_kind::clock) && longest_lag(of_) == 0)
             check_clock(text);
     }
 
   private:
     bool writes_ = false;
     std::uint64_t rows_ = 0;  // of all records so far
-    time_ns ahead_ns_ = 0;    // the wall clock, of the world's time, which was set then
-    time_ns set_ns_ = 0;
+    time_ns ahead_ns_ = 0;    // the wall clock less the world's time
+    time_ns set_ns_ = 0;      // when the wall clock was set last
 
-    // The newest row has the time of a clock that was set some seconds ago.
+    void look_at_clock() {
+        const time_ns ahead_ns = of_.box.wall() - of_.time.now();
+        if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
+            set_ns_ = of_.time.now();
+    }
+    // A clock that was not set for ten seconds gave the newest row its time.
     void check_clock(const std::string &text) {
         const auto last = text.rfind(',');  // unix_s is the last column
         if (std::count(text.begin(), text.end(), '\n') < 2 ||
@@ -482,7 +488,9 @@ class record_invariant : public invariant {
 };
 
 // Events stay, line by line, until a power cut; only refused calls and power cuts leave a part of
-// one. Those that are missing are lines that the log leaves out.
+// one. Those that are missing are lines that the log leaves out. Most changes of the mode have one,
+// whoever reads the log. A file has at most 1 MB, and the facts of a coefficient file are at events
+// about it.
 class events_invariant : public invariant {
   public:
     explicit events_invariant(run &of) : invariant(of, "events") {}
@@ -490,6 +498,7 @@ class events_invariant : public invariant {
         check();
         lost_ = left_out_ = modes_ = changes_ = 0;
         mode_.reset();
+        told_mode_.clear();
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
@@ -552,7 +561,8 @@ class events_invariant : public invariant {
     // Who brought a coefficient file is told of that file alone.
     void judge(const nlohmann::json &event) {
         lost_ += event.value("lost_before", std::uint64_t{0});
-        modes_ += event.value("kind", "") == "mode";
+        const std::string mode = event.value("mode", "");  // others have none
+        modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;
         const std::string text = event.value("text", "");
         const bool is_of_file = text.find("/etc/compbox/") != std::string::npos ||
                                 text.find(", revision ") != std::string::npos;
@@ -570,6 +580,7 @@ class events_invariant : public invariant {
     static constexpr std::uint64_t few = 15;  // changes that are all told
     std::uint64_t modes_ = 0, changes_ = 0;   // events of this daemon; what the PLC saw
     std::optional<unsigned> mode_;
+    std::string told_mode_;
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each

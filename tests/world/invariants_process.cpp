@@ -268,7 +268,8 @@ class reconnect_invariant : public invariant {
     time_ns since_ns_ = 0;
 };
 
-// A box whose limits changed in memory writes and reads nothing more (docs/faults.md, reason 17).
+// A box whose configuration changed in memory writes and reads nothing more (docs/faults.md, reason
+// 17): at once where each step checks it, else behind two passes over all of it.
 class memory_invariant : public invariant {
   public:
     explicit memory_invariant(run &of)
@@ -409,8 +410,8 @@ class overrun_invariant : public invariant {
     time_ns ticked_ns_ = never, full_ns_ = never, possibly_ns_ = never;
 };
 
-// The hardware watchdog and systemd are fed by completed cycles alone. Whoever ends as asked leaves
-// the hardware watchdog disarmed.
+// The hardware watchdog and systemd are fed by completed cycles alone, and READY waits for one.
+// Whoever ends as asked leaves the hardware watchdog disarmed.
 class watchdog_invariant : public invariant {
   public:
     explicit watchdog_invariant(run &of) : invariant(of, "watchdog") {}

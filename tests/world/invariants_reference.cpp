@@ -178,9 +178,14 @@ class reference_invariant : public invariant {
                               : std::clamp(want.value, -channel.limit_um, channel.limit_um);
         return {um, want.near, std::fabs(want.value) + want.near >= channel.limit_um};
     }
-    // Two motors whose targets are too far apart meet: each gives way by the same.
+    // No motor goes further from the other's limit than the pair allows. Two whose targets are then
+    // too far apart meet: each gives way by the same.
     static void join(const machine &facts, const pair_facts &pair, std::vector<target> &targets) {
         target &a = targets[pair.first], &b = targets[pair.second];
+        const double a_most = facts.channels[pair.second].limit_um + pair.most_um;
+        const double b_most = facts.channels[pair.first].limit_um + pair.most_um;
+        if (!std::isnan(a.um)) a.um = std::clamp(a.um, -a_most, a_most);
+        if (!std::isnan(b.um)) b.um = std::clamp(b.um, -b_most, b_most);
         const double excess = std::fabs(a.um - b.um) - pair.most_um;
         // The target of an output within its deadband is where it is, and one follows the other's
         // rounding.
@@ -193,14 +198,8 @@ class reference_invariant : public invariant {
         a.at_limit = b.at_limit = true;
         if (!(excess > 0)) return;
         const double give = a.um > b.um ? excess / 2 : -excess / 2;
-        a.um = std::clamp(a.um - give, -first.limit_um, first.limit_um);
-        b.um = std::clamp(b.um + give, -second.limit_um, second.limit_um);
-        // One that stops at its limit leaves the rest to the other.
-        const double apart = std::clamp(a.um - b.um, -pair.most_um, pair.most_um);
-        if (std::fabs(a.um) == first.limit_um)
-            b.um = a.um - apart;
-        else
-            a.um = b.um + apart;
+        a.um -= give;
+        b.um += give;
     }
     static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
         for (const pair_facts &pair : facts.pairs) {

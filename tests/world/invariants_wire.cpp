@@ -178,7 +178,8 @@ class pace_invariant : public invariant {
 };
 
 // A supervised node of CAN that says it is not operational is started again, each second. One that
-// says nothing is started when it boots and when the interface is back.
+// says nothing is started when it boots and when the interface is back, and not again and again. On
+// a bus that is down none is operational.
 class nodes_invariant : public invariant {
   public:
     explicit nodes_invariant(run &of)
@@ -220,8 +221,8 @@ class nodes_invariant : public invariant {
             for (const can_node &node : of_.can->nodes)
                 if (node.heartbeat > 0 && node.number == shown.at("node") &&
                     shown.at("state") == "operational")
-                    violated(
-                        fmt::format("node {} is operational, and its bus is down", node.number));
+                    violated(fmt::format("node {} is shown as operational, and its bus is down",
+                                         node.number));
     }
 
   private:

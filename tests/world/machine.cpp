@@ -881,7 +881,7 @@ channel_facts facts_of_channel(const json &entry) {
     if (!entry.contains("tangent")) return facts;
     const json &tangent = entry.at("tangent");
     facts.tangent_signal = tangent.at("signal");
-    facts.slope_limit = facts.slope_error = tangent.at("slope_limit");
+    facts.slope_limit = facts.file_slope_limit = tangent.at("slope_limit");
     facts.slope_slew_per_s = tangent.at("slope_slew_per_s");
     facts.slope_unit = tangent.value("slope_scale", 1.0);
     return facts;
@@ -1088,7 +1088,7 @@ bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];
         if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
-            is.slew_um_per_s > was.slew_um_per_s || is.slope_error > was.slope_error ||
+            is.slew_um_per_s > was.slew_um_per_s || is.file_slope_limit > was.file_slope_limit ||
             is.slope_slew_per_s > was.slope_slew_per_s ||
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;

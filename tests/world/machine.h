@@ -23,7 +23,7 @@ struct channel_facts {
     bool has_applied = false;
     double error_um = 0, deadband_um = 0;
     double slope_limit = 0, slope_slew_per_s = 0, slope_unit = 0;  // of a tangent, mm/mm
-    double slope_error = 0;           // the limit of the file, which no ceiling lowers
+    double file_slope_limit = 0;                                   // which no ceiling lowers
     std::string tangent_signal = "";  // its axis; "": there is no tangent
     bool lowered = false;             // its limit or rate, by the site's ceiling
 };

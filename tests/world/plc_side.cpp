@@ -305,8 +305,8 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
 }
 
 fakeplc::byte_string plc_side::stray_pdu(fakeplc::byte_string reply, stray_reply way) {
-    if (way == stray_reply::other_registers) {
-        reply[2] ^= 1;  // as many, from another one on
+    if (way == stray_reply::other_registers) {  // as many, from another one on
+        if (reply.size() > 2) reply[2] ^= 1;
         return reply;
     }
     for (std::size_t i = 2; i < reply.size(); ++i) reply[i] = static_cast<std::uint8_t>(~reply[i]);

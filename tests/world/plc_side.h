@@ -99,7 +99,8 @@ class plc_side : public tcp_peer {
         bool resets = false;
     };
     served serve(const fakeplc::byte_string &request, time_ns sent);
-    // out: a reply with other values and, in one place, another form than the true one
+    // out: a reply that differs from the true one in one place of its form, and mostly in its
+    // values
     static fakeplc::byte_string stray_pdu(fakeplc::byte_string reply, stray_reply way);
 
     bool accepted(const connection_ptr &from) override;

@@ -122,7 +122,7 @@ class run {
     time_ns longest_gap_ns = 0;  // between two ticks of this daemon
     std::uint64_t cycles_of_daemon = 0;
     std::uint64_t steps_of_daemon = 0;  // cycles that ended; a wait that ends late is repeated
-    time_ns flipped_ns = never;         // a bit of a limit in this daemon's memory flipped then …
+    time_ns flipped_ns = never;  // a bit that each step of this daemon checks flipped then …
     std::uint64_t flipped_at_step = ~std::uint64_t{0};  // … or one anywhere, behind so many steps
     // Once faults have ended, the box is ACTIVE after at most this time.
     time_ns recovery_ns();
