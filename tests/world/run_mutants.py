@@ -177,7 +177,9 @@ class Page:
         self.results[name] = outcome
         if self.path:
             head = self.path.read_text().partition(TABLE)[0]
-            self.path.write_text(head + TABLE + "\n" + self.table())
+            whole = self.path.with_suffix(".new")  # an interrupted search leaves the page whole
+            whole.write_text(head + TABLE + "\n" + self.table())
+            whole.replace(self.path)
 
     def table(self):
         listed = [m for m in mutants.MUTANTS if m[0] in self.results]
