@@ -923,4 +923,208 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "snapshot.c",
       "1e-3 * (double)(row->step_at_us - signal->time_us)",
       "1e-3 * (double)(row->time_us - signal->time_us)")),
+    ("other-lag-remainder-lost",
+     "The part of a lag below float32's resolution is dropped in each step: lags of hours stop moving as "
+     "soon as some tenths of a degree remain, so the thermal compensation stays wrong for hours",
+     ("models/lag.h",
+      "    lag->lo = error - (lag->hi - sum);",
+      "    lag->lo = 0.0f;")),
+    ("other-cold-side-not-faded",
+     "A model input below its training range and margin no longer weakens the model, only one above it "
+     "does: a thermometer that lies far too low leaves the model at full weight, and the mode is not "
+     "DEGRADED",
+     ("models/training_range.c",
+      "    const float beyond = cb_max(above, below) - range->margin;",
+      "    const float beyond = above - range->margin;")),
+    ("other-cusum-below-sign",
+     "The sum of innovations to the negative side adds the positive ones instead: a model whose probes are "
+     "always below the prediction never raises MODEL_DRIFTED",
+     ("models/adapt.c",
+      "    state->below = cb_clamp(state->below - x - slack, 0.0f, most);",
+      "    state->below = cb_clamp(state->below + x - slack, 0.0f, most);")),
+    ("other-quarter-keeps-old-extremes",
+     "A new quarter of sent values does not begin with the value sent last, so the range of accepted "
+     "applied values only grows: a PLC that is stuck at a value of long ago is never reported as UNAPPLIED "
+     "or FOREIGN",
+     (BOX + "applied.c",
+      "        state->sent_max_um[k] = state->sent_max_um[k - 1];\n"
+      "    }\n"
+      "    state->sent_min_um[0] = state->sent_max_um[0] = sent_um;\n"
+      "}",
+      "        state->sent_max_um[k] = state->sent_max_um[k - 1];\n"
+      "    }\n"
+      "    (void)sent_um;\n"
+      "}")),
+    ("other-unread-not-successive",
+     "A read-back that succeeds does not reset the count of those without a reply: after three lost ones "
+     "in the whole run the box never reads back again, and another client that writes is not noticed",
+     (BOX + "box.c",
+      "    plc->unread = in->held == CB_TRANSFER_OK ? 0 : (uint8_t)(plc->unread + 1);",
+      "    if (in->held != CB_TRANSFER_OK && plc->unread < UINT8_MAX) ++plc->unread;")),
+    ("other-late-values-pile-up",
+     "At the end of a turn the late writes are not emptied: while replies are lost again and again, every "
+     "value ever sent without a reply stays possible, and the outputs freeze between them instead of "
+     "following",
+     (BOX + "limiter.c",
+      "    state->older_max_um = state->late_max_um;\n"
+      "    state->late_min_um = FLT_MAX;\n"
+      "    state->late_max_um = -FLT_MAX;\n"
+      "    state->turn_us = turn_us;",
+      "    state->older_max_um = state->late_max_um;\n"
+      "    state->turn_us = turn_us;")),
+    ("other-count-reference-kept",
+     "The last count of a probe stays the reference while its signal is missing: after a restart of the "
+     "PLC its count begins at zero, and that difference is taken as a measurement that nobody made",
+     (BOX + "probes.c",
+      "    if (!count->fresh || count->refusal != CB_CAUSE_NONE) {\n"
+      "        probe->counted = false;\n"
+      "        return false;\n"
+      "    }",
+      "    if (!count->fresh || count->refusal != CB_CAUSE_NONE) return false;")),
+    ("other-doubts-cascade",
+     "When one sensor is doubted, the times of disagreement of the others, which it caused, are not "
+     "started anew: in the next pass an innocent sensor is doubted too",
+     (SIGNALS + "sensors.c",
+      "    if (!wrong || 3u * (doubts(state) + 1u) > count) return;\n"
+      "    for (unsigned j = 0; j < count; ++j) {\n"
+      "        if (!is_doubted(state, j)) state->us[j] = 0;\n"
+      "    }\n",
+      "    if (!wrong || 3u * (doubts(state) + 1u) > count) return;\n")),
+    ("other-bus-unit-ignored",
+     "The reply of one module is also given to the signals of other modules with the same register "
+     "addresses: two Pt100 modules show each other's temperatures in turn",
+     (SIGNALS + "bus_turns.c",
+      "    return turn->unit == signal->bus_unit && signal->reg >= turn->start &&\n"
+      "           end_of(signal) <= (uint32_t)turn->start + turn->count;",
+      "    return signal->reg >= turn->start &&\n"
+      "           end_of(signal) <= (uint32_t)turn->start + turn->count;")),
+    ("other-margin-absolute",
+     "Without a margin in the file it is 0.1 in the input's unit instead of a tenth of the trained range: "
+     "models fade, and the mode is DEGRADED, as soon as an input leaves its range a little",
+     ("firmware/terms/ranges.c",
+      "    range->margin = extends ? scratch->range.margin[input] : 0.1f * trained;",
+      "    range->margin = extends ? scratch->range.margin[input] : 0.1f;")),
+    ("other-direction-of-extrapolated",
+     "The direction of travel follows the position with its lead instead of the reading: an axis that "
+     "stops seems to come back, and the curve changes to the wrong branch at each stop",
+     ("firmware/terms/curves.h",
+      "    cb_direction_step(&state->direction, signal->value, curve->reversal_mm);",
+      "    cb_direction_step(&state->direction, signal->used, curve->reversal_mm);")),
+    ("other-late-reply-still-fails",
+     "A late reply does not end the row of failures: with a PLC that answers each request a little too "
+     "late the connection is dropped every three exchanges instead of kept",
+     (LINUX + "tcp.c",
+      "        cb_peer_note_time(&tcp->peer, cb_boottime_us() - tcp->sent_us);\n"
+      "        tcp->failures_in_row = 0;\n"
+      "        use_up(tcp);",
+      "        cb_peer_note_time(&tcp->peer, cb_boottime_us() - tcp->sent_us);\n"
+      "        use_up(tcp);")),
+    ("other-serial-without-pause",
+     "A failed attempt to open a serial device does not start the pause: a missing adapter is opened again "
+     "in every cycle, and the failures count by the thousands",
+     (LINUX + "serial.c",
+      "        serial->error_number = opened->error;\n"
+      "        serial->since_us = now_us;\n",
+      "        serial->error_number = opened->error;\n")),
+    ("other-hand-file-in-part",
+     "The lines of a file of measurements by hand are taken one by one before all of it is checked: the "
+     "lines before a wrong one are taken although the message says that nothing is",
+     (LINUX + "hand.c",
+      "        line += length + more;\n"
+      "    }\n"
+      "    for (unsigned i = 0; i < count; ++i) take_line(look, &lines[i]);\n"
+      "}",
+      "        take_line(look, &lines[count - 1]);\n"
+      "        line += length + more;\n"
+      "    }\n"
+      "}")),
+    ("other-other-host-taken",
+     "A reload with another address of the PLC is not rejected as one that takes a restart: at rest it is "
+     "reported as running, and the box goes on writing to the old PLC",
+     (DAEMON + "reload.c",
+      "        a->client != b->client || memcmp(a->host, b->host, sizeof a->host) != 0 ||\n"
+      "        serial_differs",
+      "        a->client != b->client ||\n"
+      "        serial_differs")),
+    ("other-pair-gone-unnoticed",
+     "A file that no longer has a pair does not count as one that widens limits: it is taken while ACTIVE, "
+     "and the two motors of the stage may move apart at once",
+     (DAEMON + "widening.c",
+      "            return pair->max_difference_um;\n"
+      "    }\n"
+      "    return INFINITY;",
+      "            return pair->max_difference_um;\n"
+      "    }\n"
+      "    return 0.0f;")),
+    ("other-start-empties-the-state",
+     "The first write of the state file at the start has no lags and no probes instead of those just "
+     "resumed: a power cut in the first seconds of a run loses the thermal memory and the adapted bias",
+     (DAEMON + "main.c",
+      "    daemon->state = daemon->loop.resumed; /* a start that ends at once keeps the lags */\n",
+      "")),
+    ("other-exit-code-without-record",
+     "Rows of the record that could not be written no longer change the exit code: after a full disk the "
+     "program ends with 0",
+     (DAEMON + "row_files.c",
+      "    return record_error == 0 && inputs_error == 0;",
+      "    return inputs_error == 0;")),
+    ("other-logged-cause-not-kept",
+     "The cause of the last line about the mode is not remembered: while a signal is missing, every cycle "
+     "looks like another missing signal, and log and events are flooded with the same line",
+     (DAEMON + "log.c",
+      "    log->reason = row->reason;\n"
+      "    log->cause = *cause;\n",
+      "    log->reason = row->reason;\n")),
+    ("other-clock-of-now-trusted",
+     "After a boot the pause is measured by the wall clock even if it is not synchronised now: on a board "
+     "whose clock begins where it was switched off, lags of the last evening go on as if there was no "
+     "pause",
+     (OUTPUT + "state.c",
+      "    return now->synchronised ? PAUSE_WALL_CLOCK : PAUSE_UNSYNC_NOW;",
+      "    return PAUSE_WALL_CLOCK;")),
+    ("other-power-not-compared",
+     "The records of a bank's lags are found without comparing their power: after a restart the lag of the "
+     "square of a speed goes on with the value of the lag of the speed",
+     (OUTPUT + "state.c",
+      "           strncmp(record->lag_of, lag->lag_of, CB_NAME_SIZE) == 0 && record->power == lag->power &&\n"
+      "           record->tau_s == lag->tau_s;",
+      "           strncmp(record->lag_of, lag->lag_of, CB_NAME_SIZE) == 0 &&\n"
+      "           record->tau_s == lag->tau_s;")),
+    ("other-record-with-a-hole",
+     "After the torn part of a row is cut off, the place to write is not set back: once the disk has room "
+     "again the record continues behind a hole of NUL bytes",
+     (OUTPUT + "record.c",
+      "    if (ftruncate(record->fd, record->whole_size) == 0)\n"
+      "        lseek(record->fd, record->whole_size, SEEK_SET);",
+      "    if (ftruncate(record->fd, record->whole_size) != 0) record->last_error = errno;")),
+    ("other-events-not-counted",
+     "The bytes of a written event are not added to the size of the file: it is never rotated, and a full "
+     "disk cuts it back to its size at the start, so the events since then are lost",
+     (OUTPUT + "events.c",
+      "    if (cb_output_write(events->fd, line, bytes) == bytes) {\n"
+      "        events->bytes += (int64_t)bytes;\n"
+      "        return 0;\n"
+      "    }",
+      "    if (cb_output_write(events->fd, line, bytes) == bytes) return 0;")),
+    ("other-trim-to-one",
+     "The bytes of a removed old record are not subtracted: as soon as all records exceed their limit, all "
+     "old ones but the newest are removed instead of the oldest one",
+     (OUTPUT + "archive.c",
+      "        all -= cb_rotate_bytes(archive->path, last);\n",
+      "")),
+    ("other-short-file-replaces",
+     "A write error is forgotten when the temporary file is closed: on a full disk an incomplete file "
+     "replaces the good state, statistics or snapshot",
+     (OUTPUT + "output_file.c",
+      "    error = cb_output_close(fd, error, durable);\n"
+      "    if (error == 0 && rename",
+      "    error = cb_output_close(fd, 0, durable);\n"
+      "    if (error == 0 && rename")),
+    ("other-cause-names-output",
+     "The name of a term in a cause is that of the output with the term's index: behind a term with "
+     "several outputs, or another order of the terms, log, snapshot and events name a term that is not "
+     "faded or drifted",
+     (OUTPUT + "cause_words.c",
+      "config->outputs[config->terms[i].first_output].name",
+      "config->outputs[i].name")),
 ]
