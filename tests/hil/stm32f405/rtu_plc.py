@@ -92,15 +92,13 @@ class RtuPlc:
                 waiting = b""       # what a restarted master left unfinished
             last_s = time.monotonic()
             waiting += got
-            while (size := request_bytes(waiting)) and len(waiting) >= size:
+            while (size := request_bytes(waiting)) is not None and len(waiting) >= size:
                 frame, waiting = waiting[:size], waiting[size:]
-                if crc(frame[:-2]) != frame[-2:]:
-                    size = 0
-                    break
-                self._handle(client, frame)
-            if size == 0:           # it listens from the middle of a request on, or a byte is wrong
-                self.broken += 1
-                waiting = b""
+                if size > 0 and crc(frame[:-2]) == frame[-2:]:
+                    self._handle(client, frame)
+                else:               # it listens from the middle of a request on, or a byte is wrong
+                    self.broken += 1
+                    waiting = b""
 
     def _handle(self, client, frame):
         unit, function = frame[0], frame[1]
