@@ -10,6 +10,7 @@ void invariant::violated(const std::string &words) {
 }
 
 nlohmann::json invariant::finished_statistics() const {
+    if (!of_.has_statistics) return {};
     auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
     const bool finished = all.is_object() && all.value("finished", false);
     return finished ? all : nlohmann::json();

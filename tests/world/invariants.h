@@ -67,6 +67,7 @@ class invariant {
     virtual void logged(const std::string &) {}           // a line of stderr
     virtual void file_written(const std::string &, const node &) {}
     virtual void shown(const nlohmann::json &) {}            // a snapshot that is whole
+    virtual void reported(const nlohmann::json &) {}         // statistics that are
     virtual void rename_failed(const std::string &) {}       // to this path
     virtual void supervised(const std::string &) {}          // see computer
     virtual void started() {}                                // the daemon

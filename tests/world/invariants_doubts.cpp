@@ -40,27 +40,27 @@ class doubts_invariant : public invariant {
         reads_ = seen.duration != never && seen.exception == 0 && head_of(facts, seen).whole;
         if (reads_) box_->read(facts, seen, seen.sent);
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (!box_ || path != run::stats_path || !reads_) return;
-        const auto counted = counted_in(file.bytes);
-        if (counted && box_->watch()->knows_doubts() && *counted > box_->watch()->most_doubts())
-            violated(fmt::format("sensors_doubted is {}, {} doubts were possible", *counted,
+    void reported(const nlohmann::json &all) override {
+        if (!box_ || !reads_) return;
+        const auto counted = counted_in(all);
+        if (box_->watch()->knows_doubts() && counted > box_->watch()->most_doubts())
+            violated(fmt::format("sensors_doubted is {}, {} doubts were possible", counted,
                                  box_->watch()->most_doubts()));
     }
     void ended(const ending &how) override {
         if (!box_ || how.by_signal || how.code != 0) return;
-        const auto counted = counted_in(of_.box.files.text(run::stats_path));
-        if (counted && box_->watch()->knows_doubts() && *counted < box_->watch()->least_doubts())
-            violated(fmt::format("sensors_doubted is {}, there were {} doubts", *counted,
+        const auto all = finished_statistics();
+        if (all.is_null() || !box_->watch()->knows_doubts()) return;
+        const auto counted = counted_in(all);
+        if (counted < box_->watch()->least_doubts())
+            violated(fmt::format("sensors_doubted is {}, there were {} doubts", counted,
                                  box_->watch()->least_doubts()));
     }
 
   private:
     static constexpr unsigned doubted = 11;  // the cause of docs/faults.md
 
-    static std::optional<std::uint64_t> counted_in(const std::string &text) {
-        const auto all = nlohmann::json::parse(text, nullptr, false);
-        if (!all.is_object() || !all.contains("box")) return std::nullopt;
+    static std::uint64_t counted_in(const nlohmann::json &all) {
         return all.at("box").value("sensors_doubted", std::uint64_t{0});
     }
     void judge(const machine &facts, const written_block &block) {

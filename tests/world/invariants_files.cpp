@@ -299,11 +299,11 @@ class state_invariant : public invariant {
         if (!others && !found_.empty() && !decoded(found_))
             violated(fmt::format("a start finds a state file of {} bytes that is not whole",
                                  found_.size()));
-        said_stopped_ = wrote_nothing_ = has_statistics_ = false;
+        said_stopped_ = wrote_nothing_ = false;
     }
     void ended(const ending &how) override {
         const auto statistics = finished_statistics();
-        if (how.by_signal || !has_statistics_ || statistics.is_null() ||
+        if (how.by_signal || statistics.is_null() ||
             draws_any(of_, {fault_kind::state, fault_kind::disk, fault_kind::memory,
                             fault_kind::refuse, fault_kind::links, fault_kind::reader}))
             return;
@@ -314,7 +314,6 @@ class state_invariant : public invariant {
                                  stopped ? "" : "without ", state->end.stopped));
     }
     void file_written(const std::string &path, const node &file) override {
-        has_statistics_ = has_statistics_ || path == run::stats_path;
         if (path != run::state_path || file.kind != node_kind::regular ||
             draws(of_, fault_kind::state))
             return;
@@ -381,9 +380,8 @@ class state_invariant : public invariant {
     }
 
     bool zero_ = false;
-    bool said_stopped_ = false;    // the log says so of the run before
-    bool wrote_nothing_ = false;   // this daemon, by the log
-    bool has_statistics_ = false;  // of this daemon
+    bool said_stopped_ = false;   // the log says so of the run before
+    bool wrote_nothing_ = false;  // this daemon, by the log
     std::string found_;
     time_ns sent_ns_ = 0;
     struct moment {
@@ -539,7 +537,7 @@ class events_invariant : public invariant {
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
         if (lines.size() < lines_ && is_rotated()) {
             lines_ = safe_ = 0;
-            changes_ = few;  // some are told in the file before
+            changes_ = few;  // not judged: the file before has some of their events
         }
         if (lines.size() < safe_ &&
             !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
@@ -558,7 +556,7 @@ class events_invariant : public invariant {
         }
         lines_ = lines.size();
     }
-    // Who brought a coefficient file is told of that file alone.
+    // Only an event about a coefficient file says who brought one.
     void judge(const nlohmann::json &event) {
         lost_ += event.value("lost_before", std::uint64_t{0});
         const std::string mode = event.value("mode", "");  // others have none
@@ -577,7 +575,7 @@ class events_invariant : public invariant {
     std::size_t lines_ = 0;
     std::size_t safe_ = 0;                    // of a daemon that ended with 0
     std::uint64_t lost_ = 0, left_out_ = 0;   // by this daemon
-    static constexpr std::uint64_t few = 15;  // changes that are all told
+    static constexpr std::uint64_t few = 15;  // changes, whose events the log's limit lets pass
     std::uint64_t modes_ = 0, changes_ = 0;   // events of this daemon; what the PLC saw
     std::optional<unsigned> mode_;
     std::string told_mode_;
@@ -647,7 +645,6 @@ class reports_invariant : public invariant {
         failing_.clear();
         lines_ = lines();
         lost_rows_ = 0;
-        has_stats_ = false;
     }
     void rename_failed(const std::string &path) override {
         static const std::set<std::string> whole = {run::state_path, run::stats_path,
@@ -660,10 +657,7 @@ class reports_invariant : public invariant {
             violated(fmt::format("{} does not take its name for {} ms, and no line says so", path,
                                  (now - found->second.since_ns) / ms));
     }
-    void file_written(const std::string &path, const node &) override {
-        failing_.erase(path);
-        has_stats_ = has_stats_ || path == run::stats_path;
-    }
+    void file_written(const std::string &path, const node &) override { failing_.erase(path); }
     void logged(const std::string &line) override {
         const auto words = line.find(": cannot be written: ");
         if (words == std::string::npos) {
@@ -677,8 +671,8 @@ class reports_invariant : public invariant {
             violated("an interrupted write is not made again: " + line);
     }
     void ended(const ending &how) override {
-        if (how.by_signal || !has_stats_ || !of_.keeps_record() || of_.limits_records() ||
-            lines_ == none || lines() == none || of_.options.seed % 16 == 4 ||
+        if (how.by_signal || !of_.keeps_record() || of_.limits_records() || lines_ == none ||
+            lines() == none || of_.options.seed % 16 == 4 ||
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
                             fault_kind::partial, fault_kind::links}) ||
             (draws(of_, fault_kind::reader) && draws(of_, fault_kind::disk)))  // a line is lost
@@ -718,7 +712,6 @@ class reports_invariant : public invariant {
     }
 
     bool judged_;
-    bool has_stats_ = false;  // of this daemon
     std::map<std::string, failure> failing_;
     std::uint64_t lines_ = 0, lost_rows_ = 0;
 };

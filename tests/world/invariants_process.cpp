@@ -212,22 +212,22 @@ class report_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!seen.written.empty()) started();
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (!judged_ || (path != run::stats_path && path != run::snapshot_path)) return;
-        if (of_.time.now() - written_ns_ < most + lag_ns_) return;
-        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
-        // A disk that hangs may delay a file; the next one then corrects it at once.
-        if (all.is_object() && all.value("mode", "") == "ACTIVE")
-            claimed_ns_.emplace(path, of_.time.now());
-        else
-            claimed_ns_.erase(path);
-    }
+    void shown(const nlohmann::json &all) override { hear(run::snapshot_path, all); }
+    void reported(const nlohmann::json &all) override { hear(run::stats_path, all); }
     // A box that has just found its PLC writes in the next cycle.
     void ticked() override {
         for (const auto &[path, at_ns] : claimed_ns_) judge(of_.time.now() - at_ns);
     }
 
   private:
+    void hear(const std::string &path, const nlohmann::json &all) {
+        if (!judged_ || of_.time.now() - written_ns_ < most + lag_ns_) return;
+        // A disk that hangs may delay a file; the next one then corrects it at once.
+        if (all.value("mode", "") == "ACTIVE")
+            claimed_ns_.emplace(path, of_.time.now());
+        else
+            claimed_ns_.erase(path);
+    }
     void judge(time_ns since_ns) {
         if (since_ns > 10 * of_.running().period_us * us + lag_ns_)
             violated(fmt::format("a file had ACTIVE {} ms ago, and the PLC got no write for {} ms",

@@ -81,10 +81,8 @@ class settled_file_invariant : public invariant {
             violated(fmt::format("revision {} is good and no wider, and {} runs", file->revision,
                                  of_.running().revision));
     }
-    void file_written(const std::string &path, const node &file) override {
-        if (!judged_ || path != run::stats_path || !is_settled()) return;
-        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
-        if (!all.is_object() || !all.contains("reloads")) return;
+    void reported(const nlohmann::json &all) override {
+        if (!judged_ || !is_settled()) return;
         const machine *waits = newest();
         const auto there = of_.box.files.find(run::config_path, true);
         const bool is_gone = there == nullptr || there->kind != node_kind::regular;

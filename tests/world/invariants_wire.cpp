@@ -210,13 +210,10 @@ class nodes_invariant : public invariant {
     }
 
     // No heartbeat passes a bus that is down.
-    void file_written(const std::string &path, const node &file) override {
-        if (!judged_ || path != run::stats_path ||
-            of_.can->state() == can_bus::interface_state::up ||
+    void reported(const nlohmann::json &all) override {
+        if (!judged_ || of_.can->state() == can_bus::interface_state::up ||
             of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
             return;
-        const auto all = nlohmann::json::parse(file.bytes, nullptr, false);
-        if (!all.is_object()) return;
         for (const auto &shown : all.at("can").at("nodes"))
             for (const can_node &node : of_.can->nodes)
                 if (node.heartbeat > 0 && node.number == shown.at("node") &&

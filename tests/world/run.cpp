@@ -101,7 +101,7 @@ run::run(const run_options &with)
     };
     box.files.written = [this](const std::string &path, const node &file) {
         each([&](invariant &one) { one.file_written(path, file); });
-        if (path == snapshot_path) note_snapshot(file.bytes);
+        note_report(path, file.bytes);
     };
     plc.answered = [this](time_ns sent, const fakeplc::byte_string &request,
                           const fakeplc::byte_string &reply,
@@ -340,10 +340,13 @@ void run::fill_blackbox() {
     box.files.put(fmt::format("{}/0001-20200101T000000Z-FAULT.csv", blackbox_path), "unix_s\n");
 }
 
-void run::note_snapshot(const std::string &text) {
-    const auto snapshot = nlohmann::json::parse(text, nullptr, false);
-    if (!snapshot.is_object()) return;
-    each([&](invariant &one) { one.shown(snapshot); });
+// Snapshot and statistics are parsed once for all invariants.
+void run::note_report(const std::string &path, const std::string &text) {
+    if (path != snapshot_path && path != stats_path) return;
+    has_statistics = has_statistics || path == stats_path;
+    const auto all = nlohmann::json::parse(text, nullptr, false);
+    if (!all.is_object()) return;
+    each([&](invariant &one) { path == stats_path ? one.reported(all) : one.shown(all); });
 }
 
 // A file of events that is almost as long as it may be.
@@ -392,6 +395,7 @@ void run::start_daemon() {
     flipped_at_step = ~std::uint64_t{0};
     cycles_of_daemon = 0;
     stop_asked = false;
+    has_statistics = false;
     each([](invariant &one) { one.started(); });
     if (measurer) measurer->daemon_starts();
     box.start_daemon(words);

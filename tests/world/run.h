@@ -118,8 +118,9 @@ class run {
     const machine &author_of(const exchange &seen) const;
     const machine &running() const { return running_at(time.now()); }
     std::size_t files_taken() const { return taken_.size(); }
-    bool stop_asked = false;     // SIGTERM was sent to this daemon
-    time_ns longest_gap_ns = 0;  // between two ticks of this daemon
+    bool stop_asked = false;      // SIGTERM was sent to this daemon
+    bool has_statistics = false;  // this daemon has written some
+    time_ns longest_gap_ns = 0;   // between two ticks of this daemon
     std::uint64_t cycles_of_daemon = 0;
     std::uint64_t steps_of_daemon = 0;  // cycles that ended; a wait that ends late is repeated
     time_ns flipped_ns = never;  // a bit that each step of this daemon checks flipped then …
@@ -134,7 +135,7 @@ class run {
     void wander_modules();
     void fill_blackbox();
     void fill_events();
-    void note_snapshot(const std::string &text);
+    void note_report(const std::string &path, const std::string &text);
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();
