@@ -285,8 +285,7 @@ static bool resume_state(struct daemon *daemon) {
 }
 
 static void write_state(struct daemon *daemon, int64_t now_us) {
-    /* right after a reload the newest lags still belong to the previous file */
-    if (daemon->options.state == NULL || daemon->state_generation != daemon->generation) return;
+    if (daemon->options.state == NULL) return;
     struct cb_state_clock now;
     cb_state_clock_read(&now);
     const int error =
@@ -303,6 +302,8 @@ static void keep_state(struct daemon *daemon, int64_t now_us) {
         cb_ring_release(&loop->state_ring);
     }
     if (now_us - daemon->state_us < daemon->options.state_every_s * 1000000LL) return;
+    /* right after a reload the newest lags still belong to the previous file */
+    if (daemon->state_generation != daemon->generation) return;
     daemon->state_us = now_us;
     write_state(daemon, now_us);
 }
@@ -583,7 +584,6 @@ static void serve(struct daemon *daemon) {
     follow_reload(daemon, daemon->loop.generation);
     cb_state_take(&daemon->state, daemon->loop.box);
     daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);
-    daemon->state_generation = daemon->generation;
     write_state(daemon, cb_boottime_us());
 }
 
