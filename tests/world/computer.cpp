@@ -34,7 +34,7 @@ computer::~computer() {
 }
 
 void computer::boot() {
-    booted_ns_ = time.now() - chance_.time_between(5 * second, 1000 * second);
+    booted_ns_ = time.now() - static_cast<time_ns>(chance_.log_between(2e9, 1000e9));
     suspended_ns_ = suspended_until_ = 0;
     char id[40];
     std::snprintf(id, sizeof id, "%016llx-%016llx", static_cast<unsigned long long>(chance_.next()),

@@ -37,15 +37,15 @@ fault_set every_kind() {
 fault_set few_kinds(dice &chance) {
     static const std::vector<fault_kind> ends = {fault_kind::kill, fault_kind::power_cut,
                                                  fault_kind::restart, fault_kind::reload};
-    static const std::vector<fault_kind> rich = {fault_kind::sensors, fault_kind::reload,
-                                                 fault_kind::enable, fault_kind::loss,
-                                                 fault_kind::can};
+    static const std::vector<fault_kind> rich = {
+        fault_kind::sensors, fault_kind::reload, fault_kind::enable, fault_kind::loss,
+        fault_kind::can,     fault_kind::line,   fault_kind::memory, fault_kind::restart};
     fault_set kinds;
     for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i) {
         const auto any = static_cast<fault_kind>(chance.below(fault_kinds));
         kinds.insert(chance.one_in(3) ? chance.one_of(rich) : any);
     }
-    if (chance.one_in(4)) kinds.insert(chance.one_of(ends));
+    if (chance.one_in(3)) kinds.insert(chance.one_of(ends));
     return kinds;
 }
 
@@ -127,7 +127,7 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
         chances_.emplace_back(seed, name_of(kind));
-        rates_[k] = chances_[k].log_between(0.3, 3);
+        rates_[k] = chances_[k].log_between(0.4, 5);
         const auto limit = most.find(kind);
         left_[k] = limit == most.end() ? ~std::uint64_t{0} : limit->second;
     }

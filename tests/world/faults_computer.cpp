@@ -266,7 +266,7 @@ void fault_injector::plan_reader() {
 
 // The box must stop all writing; the operator sees it and restarts the service.
 void fault_injector::plan_memory() {
-    repeat(fault_kind::memory, 60 * second, [this] {
+    repeat(fault_kind::memory, 15 * second, [this] {
         auto *const loop = static_cast<cb_loop *>(of_.box.argument_of("compboxd-loop"));
         if (loop == nullptr) return;
         dice &drawn = chance(fault_kind::memory);
@@ -286,7 +286,7 @@ void fault_injector::plan_memory() {
         if (in_use) of_.flipped_ns = std::min(of_.flipped_ns, of_.time.now());
         bytes[at] = static_cast<unsigned char>(bytes[at] ^ (1u << drawn.below(8)));
         note(fault_kind::memory, fmt::format("a bit of byte {} of the configuration", at));
-        later(drawn.time_between(20 * second, 100 * second), [this, start = of_.starts()] {
+        later(drawn.time_between(2 * second, 40 * second), [this, start = of_.starts()] {
             if (of_.starts() == start && of_.box.runs()) of_.stop_daemon();
         });
     });

@@ -112,6 +112,11 @@ void fault_injector::set_references(bool on) {
     const bool alone = !on && bits.size() > 1 && drawn.one_in(2);
     of_.plc.unreferenced = alone ? drawn.one_of(bits) : std::uint16_t{0};
     of_.plc.control.set_referenced(on || alone);
+    if (!on && drawn.one_in(2))
+        later(static_cast<time_ns>(drawn.log_between(100e6, 10e9)), [this] {
+            of_.plc.unreferenced = 0;
+            of_.plc.control.set_referenced(true);
+        });
     note(fault_kind::enable, alone ? "one axis not referenced"
                              : on  ? "referenced"
                                    : "not referenced");
@@ -199,6 +204,7 @@ void fault_injector::plan_plc() {
             }
         }
     });
+    repeat(fault_kind::plc_stop, 15 * second, [this] { lose_while_off(); });
     if (!has(fault_kind::boundary)) return;
     // Soon after the start of the run the PLC's heartbeat passes 65535.
     of_.plc.heartbeat_offset =

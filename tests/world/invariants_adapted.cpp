@@ -187,6 +187,7 @@ class probes_invariant : public invariant {
             if (term.at("type") == "adapt") term_ = term;
         if (term_.is_null() || hides_exchanges(of) || draws(of, fault_kind::reload)) return;
         with_.emplace(term_);
+        is_whole_ = term_.value("measures", "") == "whole";
         box_.emplace(of.box_machine);
         for (const std::string output : root.at("channels")[0].at("sum"))
             if (output != term_.at("name")) others_.push_back(output);
@@ -210,6 +211,7 @@ class probes_invariant : public invariant {
         if (!box_) return;
         const machine &facts = of_.box_machine;
         if (!seen.written.empty()) judge_request(facts, seen);
+        if (!seen.written.empty()) note_write(facts, seen);
         if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
             return;
         box_->read(facts, seen, seen.sent);
@@ -257,13 +259,28 @@ class probes_invariant : public invariant {
         one.may_lack = box_->may_lack_input(seen.sent);
         const judged_number others = box_->judged(others_);
         if (value && !channel.tangent && !std::isnan(others.value)) {
-            const double applied_um = applied_in(facts, 0, seen);
-            if (std::isfinite(applied_um))
-                one.um = judged_number{*value - applied_um - others.value,
-                                       others.near + 1e-5 * (std::fabs(applied_um) + 1)};
+            const judged_number own_um = own_part(facts, seen);
+            if (std::isfinite(own_um.value))
+                one.um =
+                    judged_number{*value - own_um.value - others.value,
+                                  others.near + own_um.near + 1e-5 * (std::fabs(own_um.value) + 1)};
         }
         ++probes_;
         newest_ = one;
+    }
+
+    // out: what the box has a part of in a measurement: what the PLC applies, or without `applied`
+    //      what the box wrote; NaN: not known
+    judged_number own_part(const machine &facts, const exchange &seen) const {
+        if (is_whole_) return {0, 0};
+        if (facts.channels[0].has_applied) return {applied_in(facts, 0, seen), 0};
+        if (confirmed_ < 3) return {std::nan(""), 0};
+        return {sent_um_[0], std::fabs(sent_um_[0] - sent_um_[1])};
+    }
+    // The outputs of the newest two writes, each of which had its reply.
+    void note_write(const machine &facts, const exchange &seen) {
+        confirmed_ = seen.duration == never || seen.exception != 0 ? 0 : confirmed_ + 1;
+        sent_um_[1] = std::exchange(sent_um_[0], block_of(facts, seen).um[0]);
     }
 
     void follow(const filter_state &now) {
@@ -453,6 +470,9 @@ class probes_invariant : public invariant {
     time_ns started_ns_ = 0;
     std::vector<std::string> others_;  // of the channel's sum
     bool states_sigma_ = false, samples_arrive_ = true;
+    bool is_whole_ = false;  // a measurement is of the whole model
+    double sent_um_[2] = {0, 0};
+    int confirmed_ = 0;  // writes in a row
     std::optional<double> count_;
     unsigned probes_ = 0;  // measured
     probe newest_;

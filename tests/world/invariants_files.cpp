@@ -300,6 +300,7 @@ class state_invariant : public invariant {
             violated(fmt::format("a start finds a state file of {} bytes that is not whole",
                                  found_.size()));
         said_stopped_ = wrote_nothing_ = false;
+        resumed_ = 0;
     }
     void ended(const ending &how) override {
         const auto statistics = finished_statistics();
@@ -324,6 +325,9 @@ class state_invariant : public invariant {
         }
         if (state->end.stopped == 1 && !zero_)
             violated("the state file says STOPPED, and the PLC has no STOPPED with zero");
+        if (state->records.size() < std::exchange(resumed_, 0))
+            violated(fmt::format("the first state file of a run has {} lags, and more go on",
+                                 state->records.size()));
         remember(*state);
     }
     void exchanged(const exchange &seen) override {
@@ -346,6 +350,7 @@ class state_invariant : public invariant {
         if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all,
                         &pause_s) != 3)
             return;
+        resumed_ = resumed;
         const auto state = decoded(found_);
         if (!state) violated("lags go on by a state file that is not whole");
         if (resumed == 0 ||
@@ -383,6 +388,7 @@ class state_invariant : public invariant {
     bool said_stopped_ = false;   // the log says so of the run before
     bool wrote_nothing_ = false;  // this daemon, by the log
     std::string found_;
+    std::size_t resumed_ = 0;  // lags of the run before, which the first file has too
     time_ns sent_ns_ = 0;
     struct moment {
         time_ns ns;
@@ -397,7 +403,10 @@ class state_invariant : public invariant {
 // time.
 class record_invariant : public invariant {
   public:
-    explicit record_invariant(run &of) : invariant(of, "record") {}
+    explicit record_invariant(run &of) : invariant(of, "record") {
+        if (of.box.files.has(std::string(run::record_path) + ".1.gz"))
+            bytes_ = run::old_records * run::old_record_bytes;
+    }
     void started() override { writes_ = false; }
     void file_written(const std::string &path, const node &) override {
         writes_ = writes_ || path == run::record_path;
@@ -419,9 +428,10 @@ class record_invariant : public invariant {
 
   private:
     bool writes_ = false;
-    std::uint64_t rows_ = 0;  // of all records so far
-    time_ns ahead_ns_ = 0;    // the wall clock less the world's time
-    time_ns set_ns_ = 0;      // when the wall clock was set last
+    std::uint64_t rows_ = 0;   // of all records so far
+    std::uint64_t bytes_ = 0;  // of all records at the last end
+    time_ns ahead_ns_ = 0;     // the wall clock less the world's time
+    time_ns set_ns_ = 0;       // when the wall clock was set last
 
     void look_at_clock() {
         const time_ns ahead_ns = of_.box.wall() - of_.time.now();
@@ -453,6 +463,10 @@ class record_invariant : public invariant {
         }
         if (of_.limits_records() && bytes > 1000000)
             violated(fmt::format("all records have {} bytes", bytes));
+        // What makes room for the next file is the oldest one, not all.
+        if (of_.limits_records() && bytes_ > 600000 && bytes < 450000)
+            violated(fmt::format("all records have {} bytes, there were {}", bytes, bytes_));
+        bytes_ = bytes;
         if (!of_.limits_records() && rows < rows_)
             violated(fmt::format("the records have {} lines, there were {}", rows, rows_));
         rows_ = rows;
@@ -582,15 +596,17 @@ class events_invariant : public invariant {
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
-// kind.
+// kind. A mode that lasts has one line for each signal that is missing.
 class log_invariant : public invariant {
   public:
     explicit log_invariant(run &of) : invariant(of, "log") {}
     void started() override {
         since_ns_ = of_.time.now();
         lines_.clear();
+        again_ = 0;
     }
     void logged(const std::string &line) override {
+        judge_repetition(line);
         const std::string beginning = beginning_of(line);
         const unsigned lines = ++lines_[beginning];
         if (line.rfind("compboxd: ", 0) != 0 &&
@@ -608,8 +624,24 @@ class log_invariant : public invariant {
         const auto at = line.find(" s: ");
         return at == std::string::npos ? "" : line.substr(at + 4, line.find(' ', at + 4) - at - 4);
     }
+    // With the same mode, reason and signal, and no line between that may have had others.
+    void judge_repetition(const std::string &line) {
+        const auto at = line.find(" s: "), end = line.find(": signal ");
+        if (line.find("left out)") != std::string::npos) again_ = 0;
+        if (at == std::string::npos || end == std::string::npos ||
+            draws_any(of_, {fault_kind::sensors, fault_kind::hostile, fault_kind::memory,
+                            fault_kind::foreign, fault_kind::wire, fault_kind::line}))
+            return;
+        const std::string told = line.substr(at, line.find(' ', end + 9) - at);
+        again_ = told == told_ ? again_ + 1 : 0;
+        told_ = told;
+        if (again_ > 5)
+            violated(fmt::format("{} lines in a row about one signal: {}", again_ + 1, line));
+    }
     time_ns since_ns_ = 0;
     std::map<std::string, unsigned> lines_;
+    std::string told_;  // mode, reason and signal of the newest line about a missing one …
+    int again_ = 0;     // … and the lines in a row that have them too
 };
 
 // A symbolic link in the place of an output is never followed, and stays. One that comes while the

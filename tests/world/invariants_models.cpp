@@ -314,6 +314,8 @@ class sigma_invariant : public invariant {
                 term.contains("sigma") ? term.at("sigma").at("floor_um")[0].get<double>() : -1;
             if (term.contains("sigma")) stated_[term.at("name")] = term;
         }
+        for (const auto &signal : root.at("signals"))
+            if (signal.value("power", 1) == 2) squares_.insert(signal.at("name"));
     }
     void shown(const json &snapshot) override {
         if (floors_.empty()) return;
@@ -357,7 +359,8 @@ class sigma_invariant : public invariant {
                             fault_kind::wire, fault_kind::reload, fault_kind::suspend}))
             return;
         const std::string input = bank.at("inputs")[0];
-        const double near = input[0] == 'B' ? 2.1 : 0.5;  // modules jump (run.cpp)
+        if (squares_.count(input) > 0) return;                                    // which moves far
+        const double near = input[0] == 'B' ? 2.1 : 0.4 + 3 * of_.plc.wanders_k;  // modules jump
         for (const auto &signal : signals) {
             if (signal.at("name") != input || signal.at("state") != "fresh") continue;
             const double x = signal.at("value"), um = stated.at("sigma_um");
@@ -375,6 +378,7 @@ class sigma_invariant : public invariant {
 
     std::map<std::string, double> floors_;
     std::map<std::string, json> stated_;  // terms of the file with a sigma
+    std::set<std::string> squares_;       // lags of the square of a signal
 };
 
 }  // namespace

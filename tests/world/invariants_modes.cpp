@@ -22,18 +22,21 @@ const char *name_of_mode(unsigned mode) {
     return mode < 6 ? names[mode] : "an unknown mode";
 }
 
-// What a mode may be based on: readings of at most three periods, the heartbeat of its timeout. In
-// FC23 a write carries the step before it.
+// What a mode may be based on: readings of at most three periods, the heartbeat of its timeout, and
+// a PLC that does not refuse each write for three seconds. In FC23 a write carries the step before
+// it.
 class evidence_invariant : public invariant {
   public:
     explicit evidence_invariant(run &of) : invariant(of, "evidence"), lag_ns_(longest_lag(of)) {}
     void started() override {
         permitted_ns_ = calm_ns_ = beat_ns_ = -never / 2;
         beats_ = 0;
+        refused_ns_ = 0;
     }
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
         const machine &facts = of_.running_at(seen.sent);
+        judge_refusals(facts, seen);
         if (!seen.written.empty()) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
@@ -56,6 +59,23 @@ class evidence_invariant : public invariant {
             violated(fmt::format("ACTIVE, but the PLC's heartbeat has not moved for {} ms",
                                  (seen.sent - beat_ns_) / ms));
     }
+    // Each write was refused for longer than the box lets it be (docs/faults.md, reason 18).
+    void judge_refusals(const machine &facts, const exchange &seen) {
+        const time_ns period_ns = facts.period_us * us;
+        if (seen.function == 3 || seen.sent < newest_ns_) return;
+        const bool follows = seen.sent - std::exchange(newest_ns_, seen.sent) < 2 * period_ns;
+        if (!follows || seen.duration == never) refused_ns_ = 0;
+        if (seen.exception != 0) {
+            if (refused_ns_ == 0) first_refused_ns_ = seen.sent;
+            refused_ns_ = seen.sent - first_refused_ns_ + 1;
+            return;
+        }
+        if (refused_ns_ > most_refused + 10 * period_ns + lag_ns_ &&
+            block_of(of_.author_of(seen), seen).mode == fakeplc::box_mode::active)
+            violated(
+                fmt::format("ACTIVE behind writes that were refused for {} ms", refused_ns_ / ms));
+        refused_ns_ = 0;
+    }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
         if (!head.whole) return;
@@ -69,6 +89,9 @@ class evidence_invariant : public invariant {
         if (!head.nc_alarm) calm_ns_ = std::max(calm_ns_, seen.sent);
     }
 
+    static constexpr time_ns most_refused = 3 * second;
+    time_ns newest_ns_ = 0;                          // the newest write
+    time_ns refused_ns_ = 0, first_refused_ns_ = 0;  // how long each one has been refused, since
     time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
     time_ns calm_ns_ = -never / 2;  // without an alarm of the NC
     std::uint16_t beat_ = 0;

@@ -48,7 +48,10 @@ class exit_invariant : public invariant {
         if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
             violated(fmt::format("the daemon ended by signal {}", how.code));
         const bool refused =
-            at_start && how.code == 1 && has_reason_ && !of_.options.faults.empty();
+            at_start && how.code == 1 && has_reason_ &&
+            draws_any(of_, {fault_kind::refuse, fault_kind::disk, fault_kind::hostile,
+                            fault_kind::reload, fault_kind::links, fault_kind::power_cut,
+                            fault_kind::kill, fault_kind::state});
         if (!how.by_signal && !asked && !refused)
             violated(fmt::format("the daemon ended with {} by itself", how.code));
         if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)
@@ -57,6 +60,13 @@ class exit_invariant : public invariant {
         if (!stopped_)
             violated("the daemon ended with 0, but the PLC did not get STOPPED and zero");
         if (is_incomplete_) violated("the daemon ended with 0, but a file is not complete");
+        for (const char *path : {run::state_path, run::events_path}) {
+            const auto file = of_.box.files.find(path, false);
+            if (file != nullptr && file->dirty && file->bytes != file->durable &&
+                !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
+                                 fault_kind::state}))
+                violated(fmt::format("the daemon ended with 0, and {} is not on the disk", path));
+        }
     }
     void ticked() override {
         if (!of_.stop_asked || of_.asked_to_stop) asked_ns_ = never;
@@ -169,8 +179,8 @@ class resources_invariant : public invariant {
     std::uint64_t exchanges_ = 0;
 };
 
-// Whoever reads the statistics sees a daemon that works: no reader of the log, no PLC and no file
-// to come holds the thread that writes them.
+// Whoever reads statistics, snapshot or state sees a daemon that works: no reader of the log, no
+// PLC, no file to come and nothing that a crash left holds the thread that writes them.
 class fresh_invariant : public invariant {
   public:
     explicit fresh_invariant(run &of)
@@ -178,20 +188,24 @@ class fresh_invariant : public invariant {
           judged_(!draws_any(
               of, {fault_kind::disk, fault_kind::refuse, fault_kind::stall, fault_kind::suspend,
                    fault_kind::links, fault_kind::partial, fault_kind::boundary})) {}
-    void started() override { written_ns_ = of_.time.now(); }
+    void started() override {
+        written_ns_ = {{run::stats_path, of_.time.now()}, {run::state_path, of_.time.now()}};
+        if (of_.keeps_snapshot()) written_ns_[run::snapshot_path] = of_.time.now();
+    }
     void file_written(const std::string &path, const node &) override {
-        if (path == run::stats_path) written_ns_ = of_.time.now();
+        const auto found = written_ns_.find(path);
+        if (found != written_ns_.end()) found->second = of_.time.now();
     }
     void ticked() override {
-        if (!judged_ || of_.time.now() - written_ns_ < most) return;
-        violated(
-            fmt::format("the statistics are {} s old", (of_.time.now() - written_ns_) / second));
+        for (const auto &[path, at_ns] : written_ns_)
+            if (judged_ && of_.time.now() - at_ns > most)
+                violated(fmt::format("{} is {} s old", path, (of_.time.now() - at_ns) / second));
     }
 
   private:
-    static constexpr time_ns most = 20 * second;  // every 5 s
+    static constexpr time_ns most = 20 * second;  // every 10 s, 5 s, 0.2 s
     bool judged_;
-    time_ns written_ns_ = 0;
+    std::map<std::string, time_ns> written_ns_;
 };
 
 // What the statistics and the snapshot say is true: a box that is ACTIVE writes.
@@ -241,11 +255,24 @@ class report_invariant : public invariant {
     std::map<std::string, time_ns> claimed_ns_;  // by file, since when it has ACTIVE
 };
 
-// A PLC that answers readings alone is not connected to again and again without a pause.
+// A PLC that answers readings alone is not connected to again and again without a pause, nor is an
+// adapter that is away opened again and again.
 class reconnect_invariant : public invariant {
   public:
     explicit reconnect_invariant(run &of) : invariant(of, "reconnects") {}
-    void started() override { begin(); }
+    void started() override {
+        begin();
+        begin_lines();
+    }
+    void ticked() override {
+        const time_ns elapsed_ns = of_.time.now() - lines_since_ns_;
+        if (elapsed_ns < window) return;
+        if (refused() - refused_ > most_refused + 2 * elapsed_ns / second &&
+            !draws_any(of_, {fault_kind::reload, fault_kind::hostile}))  // which start a bus again
+            violated(fmt::format("adapters that are away are opened {} times in {} s",
+                                 refused() - refused_, elapsed_ns / second));
+        begin_lines();
+    }
     void exchanged(const exchange &seen) override {
         if (seen.function != 3 && seen.duration != never) begin();
         const time_ns elapsed_ns = of_.time.now() - since_ns_;
@@ -262,6 +289,19 @@ class reconnect_invariant : public invariant {
         made_ = of_.plc.connections_made();
         since_ns_ = of_.time.now();
     }
+    int refused() const {
+        int all = 0;
+        for (const auto *line : {of_.plc_line.get(), of_.bus_line.get()})
+            all += line == nullptr ? 0 : line->refused;
+        return all;
+    }
+    void begin_lines() {
+        refused_ = refused();
+        lines_since_ns_ = of_.time.now();
+    }
+    static constexpr int most_refused = 16;  // of two lines, with pauses as those of a connection
+    int refused_ = 0;
+    time_ns lines_since_ns_ = 0;
     static constexpr time_ns window = 5 * second;
     static constexpr int most = 8;  // the box: with pauses from 50 ms to 1 s; then one a second
     int made_ = 0;

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -25,6 +26,8 @@ class reference_invariant : public invariant {
     explicit reference_invariant(run &of) : invariant(of, "reference") {
         if (!hides_exchanges(of)) box_.emplace(of.box_machine);
         samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
+        loses_replies_ = draws_any(of, {fault_kind::loss, fault_kind::mute, fault_kind::reset,
+                                        fault_kind::delay, fault_kind::exception});
         // The thread that looks for a measurement waits for disks, and asks the wall clock.
         measurements_arrive_ =
             samples_arrive_ &&
@@ -53,6 +56,7 @@ class reference_invariant : public invariant {
         if (seen.duration == never || seen.exception != 0)
             open_until_ns_ = settled_behind(facts, seen);
         if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
+        if (!seen.written.empty() && loses_replies_) judge_progress(facts, seen);
         if (seen.duration == never) return;
         if (seen.function != 16) replied_ns_ = seen.now + seen.duration;
         if (!is_reading(facts, seen)) return;
@@ -119,6 +123,50 @@ class reference_invariant : public invariant {
                 judge_arrival(facts.channels[c], targets[c], before_.um[c], block.um[c]);
             else if (!other)
                 judge_way(facts, c, targets[c], block.um[c]);
+        }
+    }
+
+    // Replies that are lost hold an output back for two turns at most, then it moves on
+    // (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed.
+    void judge_progress(const machine &facts, const exchange &seen) {
+        using namespace box_reason;
+        const written_block &block = block_of(facts, seen);
+        const time_ns gap_ns = seen.sent - std::exchange(progress_ns_, seen.sent);
+        const time_ns period_ns = facts.period_us * us;
+        const time_ns turn_ns = 2 * (facts.heartbeat_timeout_us * us + 2 * period_ns);
+        const bool runs = block.mode == fakeplc::box_mode::active &&
+                          (block.reason == none || block.reason == degraded ||
+                           block.reason == limited || block.reason == extrapolated) &&
+                          gap_ns < 3 * period_ns;
+        anchors_.resize(facts.channels.size());
+        if (!runs) return anchors_.clear();
+        const bool confirmed = seen.duration != never && seen.exception == 0;
+        bool any_waits = false;
+        for (std::size_t c = 0; c < anchors_.size(); ++c) {
+            const double reach_um =
+                2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
+            anchor &at = anchors_[c];
+            if (std::fabs(block.um[c] - at.um) > 1.2 * reach_um + facts.channels[c].unit_um)
+                at = {block.um[c], 0};
+            if (confirmed) at.waits_ns += gap_ns;
+            any_waits = any_waits || at.waits_ns > 3 * turn_ns;
+        }
+        if (!any_waits || !box_->knows()) return;
+        box_->look(read_ns_);
+        for (std::size_t c = 0; c < anchors_.size(); ++c) {
+            if (anchors_[c].waits_ns <= 3 * turn_ns) continue;
+            const double reach_um =
+                2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
+            const target to = target_of(facts, c);
+            const double far_um = std::fabs(to.um - block.um[c]) - to.near;
+            const bool is_far =
+                far_um > 3 * reach_um + facts.channels[c].deadband_um && !partner_of(facts, c);
+            if (is_far && anchors_[c].was_far)
+                violated(fmt::format(
+                    "{} stays at {} um for {} ms of confirmed writes, its terms "
+                    "want {} um",
+                    facts.channels[c].name, block.um[c], anchors_[c].waits_ns / ms, to.um));
+            anchors_[c] = {block.um[c], 0, is_far};
         }
     }
 
@@ -250,6 +298,16 @@ class reference_invariant : public invariant {
         violated(fmt::format("{} moves by {} um towards {} um, {} um are possible", channel.name,
                              way_um, to.um, step));
     }
+
+    // Where an output was when it last moved on, and for how long it has not.
+    struct anchor {
+        double um = 0;
+        time_ns waits_ns = 0;
+        bool was_far = false;  // already when it had waited for as long before
+    };
+    std::vector<anchor> anchors_;  // by channel
+    time_ns progress_ns_ = 0;      // the newest write
+    bool loses_replies_ = false;
 
     std::optional<reference_box> box_;
     bool samples_arrive_ = true, measurements_arrive_ = true;

@@ -74,6 +74,7 @@ class account_invariant : public invariant {
         sent_ = of_.box.tcp_sent;
         ended_ = of_.box.tcp_ended;
         start_ns_ = of_.time.now();
+        connections_ = of_.plc.connections_made();
         unheard_ = stopped_ = 0;
     }
     void exchanged(const exchange &seen) override {
@@ -88,6 +89,7 @@ class account_invariant : public invariant {
         if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
         const auto all = finished_statistics();
         if (by_tcp_ && !all.is_null()) judge_tcp(all.at("plc"), all.at("box"));
+        if (by_tcp_) judge_connections();
     }
     void ticked() override {
         const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
@@ -98,6 +100,18 @@ class account_invariant : public invariant {
     }
 
   private:
+    // A PLC whose replies are late keeps its connection, where nothing else ends it.
+    void judge_connections() {
+        const int made = of_.plc.connections_made() - connections_;
+        if (made > 1 && longest_lag(of_) == 0 &&
+            !draws_any(
+                of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear, fault_kind::twice,
+                      fault_kind::exception, fault_kind::refuse, fault_kind::partial,
+                      fault_kind::wire, fault_kind::foreign, fault_kind::plc_stop,
+                      fault_kind::stray, fault_kind::mute, fault_kind::reload, fault_kind::hostile,
+                      fault_kind::memory, fault_kind::boundary}))
+            violated(fmt::format("{} connections to a PLC that answers each request", made));
+    }
     void judge_tcp(const nlohmann::json &plc, const nlohmann::json &box) {
         const std::uint64_t sent = of_.box.tcp_sent - sent_, ended = of_.box.tcp_ended - ended_;
         const auto requests = plc.value("requests", std::uint64_t{0});
@@ -125,6 +139,7 @@ class account_invariant : public invariant {
     static constexpr time_ns most_idle = 4 * second;  // the box: a pause of one, an attempt of one
     bool by_tcp_;
     time_ns start_ns_ = 0;
+    int connections_ = 0;  // before this daemon
     // Before this daemon.
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.

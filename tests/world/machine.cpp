@@ -192,7 +192,7 @@ struct draft {
                                        {"lag_of", name},
                                        {"tau_s", rounded(chance.log_between(5, 3000))}});
             dice own(made.twin.seed + lags.size(), "short lag");
-            if (own.one_in(4)) root["signals"].back()["tau_s"] = rounded(own.log_between(0.05, 5));
+            if (own.one_in(3)) root["signals"].back()["tau_s"] = rounded(own.log_between(0.005, 5));
             lags.push_back(name + "_lag");
         }
     }
@@ -275,10 +275,15 @@ struct draft {
                   {"constant", constant}});
     }
 
+    std::vector<double> taus_of_bank() {
+        dice own(made.twin.seed + outputs.size(), "taus");
+        if (own.one_in(2)) return {0, 20, 900};
+        return {0, rounded(own.log_between(0.02, 2)), rounded(own.log_between(3, 60))};
+    }
+
     void add_bank(const std::string &name, const std::string &input, double weight, double bias) {
         const bool lagged = name.back() % 2 == 0;
-        const std::vector<double> taus =
-            lagged ? std::vector<double>{0, 20, 900} : std::vector<double>{0};
+        const std::vector<double> taus = lagged ? taus_of_bank() : std::vector<double>{0};
         std::vector<double> row(taus.size(), weight / static_cast<double>(taus.size()));
         row.insert(row.end(), taus.size(), weight * 1e-3);
         json term = {{"name", name},
@@ -478,7 +483,7 @@ struct draft {
     // a number.
     void draw_probe() {
         dice own(made.twin.seed, "probe");
-        if (!own.one_in(6)) return;
+        if (!own.one_in(4)) return;
         json &sum = root["channels"][0]["sum"];
         const std::size_t term = own.below(sum.size());
         const bool real = own.one_in(2);
@@ -504,6 +509,7 @@ struct draft {
                                  {"gain_drift_per_sqrt_h", rounded(own.log_between(0.01, 10))},
                                  {"sigma_um", rounded(own.log_between(0.1, 20))},
                                  {"min_interval_s", own.one_in(2) ? 0.0 : own.between(0, 60)}});
+        if (own.one_in(3)) root["terms"].back()["measures"] = "whole";
         sum[term] = "adapted";
         root["plc"]["request"] = next_write(1);
         widen_block("read", read_next);
@@ -592,13 +598,48 @@ struct draft {
         net["output_scale"].push_back(rounded(own.between(0.3, 1.5)));
     }
 
+    // out: the sensors of module and CAN bus; without any these
+    std::vector<std::string> wired_or(const std::vector<std::string> &others) const {
+        std::vector<std::string> names;
+        for (const std::string &name : lags)
+            if (name[0] == 'B' || name[0] == 'C') names.push_back(name);
+        return names.empty() ? others : names;
+    }
+
+    // Likewise: two banks with the same input and time constants, trained in other ranges.
+    void draw_twin_banks() {
+        dice own(made.twin.seed, "twin banks");
+        for (const auto &term : root["terms"]) {
+            if (!term.contains("bank") || term.contains("outputs") || term.contains("sigma") ||
+                term["bank"]["tau_s"].size() < 2 || !own.one_in(3))
+                continue;
+            json twin = term;
+            twin["name"] = term["name"].get<std::string>() + "_twin";
+            json &bank = twin["bank"];
+            const double least = rounded(own.between(5, 25));
+            bank["input_min"] = bank["input_max"] = json::array();
+            for (std::size_t i = 0; i < bank["inputs"].size(); ++i) {
+                bank["input_min"].push_back(least);
+                bank["input_max"].push_back(rounded(least + own.between(0.5, 5)));
+            }
+            for (const char *key : {"margin", "fade"}) bank.erase(key);
+            bank["fade"] = json(bank["inputs"].size(), 40);
+            made.models_fade = true;
+            root["channels"][own.below(root["channels"].size())]["sum"].push_back(twin["name"]);
+            root["terms"].push_back(twin);
+            return;
+        }
+    }
+
     // Likewise: banks with another temperature, before or behind their own.
     void draw_wide_banks() {
         dice own(made.twin.seed, "wide banks");
         for (auto &term : root["terms"]) {
             if (!term.contains("bank") || term.contains("sigma") || !own.one_in(2)) continue;
             json &bank = term["bank"];
-            const std::string other = own.one_of(made.temperatures);
+            // A sensor on a wire of its own has no value for a while.
+            const std::string other = own.one_in(2) ? own.one_of(made.temperatures)
+                                                    : own.one_of(wired_or(made.temperatures));
             if (other == bank["inputs"][0] || bank.contains("input_min")) continue;
             const bool before = own.one_in(2);
             bank["inputs"].insert(before ? bank["inputs"].begin() : bank["inputs"].end(), other);
@@ -652,7 +693,9 @@ struct draft {
         for (const std::string &axis : axis_signals()) {
             const std::string error = "E" + own.one_of(kinds) + axis;
             json values;
-            for (int k = 0; k < 3; ++k) values.push_back(rounded(own.between(-3, 3)));
+            // Some are so large that their slopes count.
+            const double most = dice(made.twin.seed, error + " size").one_in(3) ? 60 : 3;
+            for (int k = 0; k < 3; ++k) values.push_back(rounded(own.between(-most, most)));
             const bool by_warmth = dice(made.twin.seed, error).one_in(4);  // which may be missing
             const double end = by_warmth ? 50 : travel_of(axis);
             root["terms"].push_back({{"name", error},
@@ -834,6 +877,7 @@ struct draft {
 machine random_machine(dice &chance, unsigned revision) {
     machine made;
     draft file{chance, {}, made, {}, {}};
+    made.twin.seed = dice(chance).next();  // until draw_control(), for dice of their own
     file.draw_plc();
     file.draw_axes();
     file.draw_temperatures();
@@ -858,6 +902,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_redundant();
     file.draw_second_outputs();
     file.draw_wide_banks();
+    file.draw_twin_banks();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
@@ -1027,6 +1072,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
+    if (root.contains("pairs") && own.one_in(12)) root.erase("pairs");
     if (root.contains("pairs") && own.one_in(6)) {
         double most = root["pairs"][0]["max_difference_um"];
         root["pairs"][0]["max_difference_um"] = rounded(1.5 * most);
@@ -1051,7 +1097,7 @@ std::string for_another_plc(const std::string &text, dice &chance) {
         for (const char *key : keys)
             if (of.contains(key)) of[key] = of[key].get<int>() + 1;
     };
-    switch (chance.below(5)) {
+    switch (chance.below(6)) {
         case 0:
             root["cycle"]["period_ms"] = 1 + root["cycle"]["period_ms"].get<double>();
             break;
@@ -1070,6 +1116,12 @@ std::string for_another_plc(const std::string &text, dice &chance) {
             break;
         case 3:
             plc["exchange"] = plc["exchange"] == "fc23" ? "fc3+fc16" : "fc23";
+            break;
+        case 4:
+            if (transport.contains("tcp"))
+                transport["tcp"]["host"] = "192.168.0.2";
+            else
+                transport["rtu"]["device"] = "/dev/ttyS7";
             break;
         default:
             if (transport.contains("tcp"))
@@ -1093,7 +1145,8 @@ bool is_wider(const machine &fresh, const machine &than) {
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;
     }
-    for (std::size_t p = 0; p < std::min(fresh.pairs.size(), than.pairs.size()); ++p)
+    if (fresh.pairs.size() < than.pairs.size()) return true;
+    for (std::size_t p = 0; p < than.pairs.size(); ++p)
         if (fresh.pairs[p].most_um > than.pairs[p].most_um) return true;
     return false;
 }

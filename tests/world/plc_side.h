@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host-tools/fakeplc/plc.h"
@@ -68,7 +69,8 @@ class plc_side : public tcp_peer {
     bool has_followed(time_ns since_idle) const {
         return applies_late_ns == 0 || since_idle > 3 * second;
     }
-    bool nc_alarm = false;  // readings show an alarm of the NC, with enable on
+    const double wanders_k;  // a temperature, in half a second, at most
+    bool nc_alarm = false;   // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
     time_ns foreign_write_ns = -never;  // when another client wrote last
@@ -132,6 +134,7 @@ class plc_side : public tcp_peer {
         time_ns settled_ns = 0;  // the reply to the newest request is sent then
     };
     std::map<int, client> clients_;
+    std::map<std::pair<int, int>, std::string> copies_;  // of a reply, by connection and function
     int connections_made_ = 0;
     bool stopped_ = false, put_right_ = false;
     int waits_ = 0;        // looks of the operator at a box that waits for permission …
@@ -147,7 +150,7 @@ class plc_side : public tcp_peer {
     std::map<std::string, double> temperatures_;
     dice warmth_;
     double warm_ = 0, warms_by_ = 0;  // what sensors that check each other have in common
-    dice prober_;
+    dice prober_, late_copies_;
     std::uint64_t probing_ = 0;  // what the prober does now
     double probed_um_ = 0;
     double place_um_ = 0;

@@ -560,6 +560,8 @@ void reference_box::follow() {
             one.y = lagged(one.y, one.u, u, dt_s, one.tau_s);
             constexpr double most_apart_s = 0.2;
             one.near += gain * (std::max(one.doubt, doubt) - one.near);
+            // The box has its own time of a reading.
+            one.near += std::fabs(u - one.u) * std::min(0.1, 1e-3 / one.tau_s);
             if (!of.from_plc)
                 one.near += std::fabs(u - one.u) * std::min(1.0, most_apart_s / one.tau_s);
         }

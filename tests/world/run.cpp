@@ -84,6 +84,7 @@ run::run(const run_options &with)
     connect_wires();
     fill_blackbox();
     fill_events();
+    fill_records();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -360,8 +361,22 @@ void run::fill_events() {
     box.files.put(events_path, text);
 }
 
+// Old records that almost reach their limit.
+void run::fill_records() {
+    if (!limits_records() || !keeps_record() || !dice(options.seed, "old records").one_in(2))
+        return;
+    for (int n = 1; n <= old_records; ++n)
+        box.files.put(fmt::format("{}.{}.gz", record_path, n), std::string(old_record_bytes, 'x'));
+}
+
 bool run::keeps_record() const {
     return options.seed % 4 == 0 && options.cycles <= most_recorded;
+}
+
+bool run::keeps_snapshot() const {
+    const bool has_more =
+        !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
+    return options.seed % 7 == 0 || (has_more && options.seed % 2 == 0);
 }
 
 void run::start_daemon() {
@@ -373,10 +388,7 @@ void run::start_daemon() {
     if (options.seed % 3 == 1) words.insert(words.end(), {"--state-every", "1"});
     if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
-    const bool states =
-        !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
-    if (options.seed % 7 == 0 || (states && options.seed % 2 == 0))
-        words.insert(words.end(), {"--snapshot", snapshot_path});
+    if (keeps_snapshot()) words.insert(words.end(), {"--snapshot", snapshot_path});
     if (keeps_events()) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});

@@ -108,6 +108,9 @@ class run {
     bool keeps_events() const { return options.seed % 2 == 1; }
     // Whether all records together have at most 1 MB.
     bool keeps_record() const;
+    bool keeps_snapshot() const;
+    static constexpr int old_records = 7;
+    static constexpr std::size_t old_record_bytes = 95000;
     bool limits_records() const { return options.seed % 8 == 0; }
 
     // ---- for invariants
@@ -135,6 +138,7 @@ class run {
     void wander_modules();
     void fill_blackbox();
     void fill_events();
+    void fill_records();
     void note_report(const std::string &path, const std::string &text);
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);

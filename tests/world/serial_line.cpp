@@ -86,6 +86,7 @@ class line_file : public open_file {
 serial_line::serial_line(computer &of, const std::string &device, std::uint64_t seed)
     : of_(of), chance_(seed, device) {
     of.files.make_device(device, [this]() -> std::shared_ptr<open_file> {
+        refused += !plugged_;
         if (!plugged_) return nullptr;
         return std::make_shared<line_file>(*this);
     });
