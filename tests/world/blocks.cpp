@@ -133,6 +133,12 @@ bool hides_exchanges(const run &of) {
              fault_kind::exception, fault_kind::loss, fault_kind::plc_stop});
 }
 
+bool hears_measurements(const run &of) {
+    return !draws_any(of, {fault_kind::stall, fault_kind::suspend, fault_kind::disk,
+                           fault_kind::refuse, fault_kind::partial, fault_kind::clock,
+                           fault_kind::boundary, fault_kind::reader, fault_kind::hostile});
+}
+
 time_ns longest_lag(const run &of) {
     if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
     return draws_any(of, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,

@@ -32,18 +32,40 @@ fault_set every_kind() {
     return kinds;
 }
 
+// out: kinds that have much to show on this machine, the richest of them several times
+std::vector<fault_kind> rich_kinds(const machine &of) {
+    std::vector<fault_kind> kinds = {
+        fault_kind::sensors, fault_kind::reload,  fault_kind::enable,
+        fault_kind::loss,    fault_kind::restart, fault_kind::plc_stop,
+        fault_kind::memory,  fault_kind::disk,    fault_kind::exception};
+    const auto add = [&kinds](fault_kind kind, bool has, std::size_t times) {
+        kinds.insert(kinds.end(), has ? times : 0, kind);
+    };
+    add(fault_kind::can, !of.nodes.empty(), 4);
+    add(fault_kind::line, !of.plc_device.empty(), 2);
+    add(fault_kind::line, !of.modules.empty(), 2);
+    add(fault_kind::foreign, !of.pairs.empty(), 2);
+    add(fault_kind::sensors, !of.redundant.empty(), 2);
+    add(fault_kind::sensors, of.twin.signals.size() > 2, 2);
+    return kinds;
+}
+
+bool can_act_on(const machine &of, fault_kind kind) {
+    if (kind == fault_kind::can) return !of.nodes.empty();
+    if (kind == fault_kind::line) return !of.plc_device.empty() || !of.modules.empty();
+    return true;
+}
+
 // Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
-// behind it. One in three is of those that have the most to show.
-fault_set few_kinds(dice &chance) {
+// behind it. Half of them are rich ones.
+fault_set few_kinds(dice &chance, const machine &of) {
     static const std::vector<fault_kind> ends = {fault_kind::kill, fault_kind::power_cut,
                                                  fault_kind::restart, fault_kind::reload};
-    static const std::vector<fault_kind> rich = {
-        fault_kind::sensors, fault_kind::reload, fault_kind::enable, fault_kind::loss,
-        fault_kind::can,     fault_kind::line,   fault_kind::memory, fault_kind::restart};
+    const std::vector<fault_kind> rich = rich_kinds(of);
     fault_set kinds;
     for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i) {
         const auto any = static_cast<fault_kind>(chance.below(fault_kinds));
-        kinds.insert(chance.one_in(3) ? chance.one_of(rich) : any);
+        kinds.insert(chance.one_in(2) || !can_act_on(of, any) ? chance.one_of(rich) : any);
     }
     if (chance.one_in(3)) kinds.insert(chance.one_of(ends));
     return kinds;
@@ -111,7 +133,7 @@ fault_set swarm_of(std::uint64_t seed) {
     const std::uint64_t drawn = chance.below(20);
     if (drawn < 3) return {};
     if (drawn == 3) return every_kind();
-    if (drawn < 17) return few_kinds(chance);
+    if (drawn < 17) return few_kinds(chance, machine_of(seed));
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {
@@ -313,8 +335,13 @@ bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
 
 // Other values in a right form would count, but not the echo of a write to other registers.
 stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
-    const bool echoes = request[0] == 16;
-    return static_cast<stray_reply>(1 + chance(fault_kind::stray).below(echoes ? 5 : 4));
+    static const std::vector<stray_reply> of_any = {stray_reply::other_unit,
+                                                    stray_reply::other_function,
+                                                    stray_reply::shorter, stray_reply::longer};
+    const stray_reply own =
+        request[0] == 16 ? stray_reply::other_registers : stray_reply::miscounted;
+    dice &drawn = chance(fault_kind::stray);
+    return drawn.one_in(5) ? own : drawn.one_of(of_any);
 }
 
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {

@@ -32,6 +32,7 @@ invariants all_invariants(run &of) {
     add_rows(of, all);
     add_shown(of, all);
     add_wire(of, all);
+    add_counters(of, all);
     return all;
 }
 

@@ -36,6 +36,7 @@ class adapted_invariant : public invariant {
         const json root = json::parse(of.box_machine.text);
         for (const auto &term : root.at("terms"))
             if (term.at("type") == "adapt") adapts_.push_back(term);
+        if (!adapts_.empty()) bias_max_um_ = adapts_[0].at("bias_max_um");
     }
     void shown(const json &snapshot) override {
         if (adapts_.empty()) return;
@@ -85,6 +86,9 @@ class adapted_invariant : public invariant {
         newest_ = filter;
         // Zeros until the daemon has given the box its state.
         if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
+        // Two filters may come to the same bound.
+        const bool is_bound = std::fabs(filter.first) >= bias_max_um_ * (1 - 1e-6);
+        if (is_bound) resumed_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled =
             std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
@@ -108,6 +112,7 @@ class adapted_invariant : public invariant {
     }
 
     std::vector<json> adapts_;
+    double bias_max_um_ = 0;
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
@@ -205,7 +210,8 @@ class probes_invariant : public invariant {
         if (grown_ns_ == 0) grown_ns_ = of_.time.now();
     }
     void sampled(const std::string &signal, double value) override {
-        if (box_ && samples_arrive_) box_->sample(signal, value, of_.time.now());
+        const bool arrives = signal[0] == 'H' ? hears_measurements(of_) : samples_arrive_;
+        if (box_ && arrives) box_->sample(signal, value, of_.time.now());
     }
     void exchanged(const exchange &seen) override {
         if (!box_) return;

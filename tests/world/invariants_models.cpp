@@ -65,7 +65,8 @@ std::optional<double> volumetric_at(const json &root, const json &term, const st
     for (const volumetric::part &one : made.parts)
         errors.push_back(value_of(root, one.error, values).value_or(std::nan("")));
     const double um =
-        made.um(std::string("XYZ").find(output[1]), {value("X"), value("Y"), value("Z")}, errors);
+        made.um(std::string("XYZ").find(output[1]), {value("X"), value("Y"), value("Z")}, errors,
+                made.tool.empty() ? 0 : value(made.tool.c_str()));
     if (std::isnan(um)) return std::nullopt;
     return um;
 }

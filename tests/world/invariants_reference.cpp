@@ -26,14 +26,10 @@ class reference_invariant : public invariant {
     explicit reference_invariant(run &of) : invariant(of, "reference") {
         if (!hides_exchanges(of)) box_.emplace(of.box_machine);
         samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
+        heart_beats_ = !draws_any(of, {fault_kind::plc_stop, fault_kind::boundary});
         loses_replies_ = draws_any(of, {fault_kind::loss, fault_kind::mute, fault_kind::reset,
                                         fault_kind::delay, fault_kind::exception});
-        // The thread that looks for a measurement waits for disks, and asks the wall clock.
-        measurements_arrive_ =
-            samples_arrive_ &&
-            !draws_any(of, {fault_kind::stall, fault_kind::suspend, fault_kind::disk,
-                            fault_kind::refuse, fault_kind::partial, fault_kind::clock,
-                            fault_kind::boundary, fault_kind::reader, fault_kind::hostile});
+        measurements_arrive_ = samples_arrive_ && hears_measurements(of);
     }
     void started() override {
         if (of_.starts() > 1 && draws(of_, fault_kind::reload)) box_.reset();  // which file it runs
@@ -53,8 +49,10 @@ class reference_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (seen.duration == never || seen.exception != 0)
-            open_until_ns_ = settled_behind(facts, seen);
+        if (seen.duration == never || seen.exception != 0) {
+            open_until_ns_ = settled_behind(facts, seen, lost_ns_);
+            lost_ns_ = seen.sent;
+        }
         if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
         if (!seen.written.empty() && loses_replies_) judge_progress(facts, seen);
         if (seen.duration == never) return;
@@ -76,9 +74,11 @@ class reference_invariant : public invariant {
     };
 
     // Behind a write that may have an effect or not, and behind a silence, the box allows for both
-    // for a while (docs/decisions/0003-what-the-plc-may-hold.md).
-    static time_ns settled_behind(const machine &facts, const exchange &seen) {
-        return seen.sent + 4 * (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+    // for a while (docs/decisions/0003-what-the-plc-may-hold.md): one that stands alone for less.
+    time_ns settled_behind(const machine &facts, const exchange &seen, time_ns before) const {
+        const time_ns late_ns = (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+        const bool alone = heart_beats_ && seen.sent - before > 6 * late_ns;
+        return seen.sent + (alone ? late_ns + 8 * facts.period_us * us : 4 * late_ns);
     }
 
     void follow(const machine &facts, const written_block &block, const exchange &seen) {
@@ -91,7 +91,7 @@ class reference_invariant : public invariant {
             2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
         steady_ = follows ? steady_ + 1 : 0;
         if (std::exchange(silent_, false) || (sent_ns_ > 0 && 2 * gap_ns >= 3 * period_ns))
-            open_until_ns_ = settled_behind(facts, seen);
+            open_until_ns_ = settled_behind(facts, seen, seen.sent);
         // The box steps behind a reading: before it sends FC16, behind the reply to FC23.
         const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
         elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
@@ -106,6 +106,11 @@ class reference_invariant : public invariant {
         box_->look(read_ns_);
         if (block.reason == box_reason::none || block.reason == box_reason::extrapolated)
             judge_slopes(facts, block);
+        const std::string *const beyond = box_->beyond_training();
+        if (beyond != nullptr &&
+            (block.reason == box_reason::none || block.reason == box_reason::drifted))
+            violated(fmt::format("{} is beyond the training range of a term, and the reason is {}",
+                                 *beyond, block.reason));
         for (std::size_t c = 0; c < facts.channels.size(); ++c)
             if (block.reason != box_reason::degraded && box_->lacks_input(c, read_ns_))
                 violated(fmt::format("a term of {} lacks a signal, and the reason is {}",
@@ -311,6 +316,8 @@ class reference_invariant : public invariant {
 
     std::optional<reference_box> box_;
     bool samples_arrive_ = true, measurements_arrive_ = true;
+    time_ns lost_ns_ = -never / 2;      // the newest request without a reply
+    bool heart_beats_ = false;          // all the time
     bool silent_ = false;               // since the end of another daemon
     int steady_ = 0, readings_ = 0;     // readings since the newest write
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged

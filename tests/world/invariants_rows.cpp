@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
@@ -39,9 +40,8 @@ class row_reader {
         const auto found = columns_.find(column);
         return found != columns_.end() && !cells_[found->second].empty();
     }
-    double number(const std::string &column) const {
-        return std::atof(cells_[columns_.at(column)].c_str());
-    }
+    const std::string &text(const std::string &column) const { return cells_[columns_.at(column)]; }
+    double number(const std::string &column) const { return std::atof(text(column).c_str()); }
 
   private:
     std::vector<std::string> lines_, cells_;
@@ -69,6 +69,7 @@ class rows_invariant : public invariant {
         read_.clear();
         resumes_ = false;
         start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
+        if (known_.empty()) known_ = blackbox_names();
     }
     void logged(const std::string &line) override {
         unsigned resumed = 0, lags = 0;
@@ -364,10 +365,66 @@ class rows_invariant : public invariant {
     std::vector<reading> read_, kept_;
 };
 
+// The recorded inputs are what the PLC gave and got (docs/record.md, "--record-inputs"): the
+// registers of a row are those of a reading, what it wrote came to the PLC, and nothing was written
+// before the first contact.
+class inputs_invariant : public invariant {
+  public:
+    explicit inputs_invariant(run &of)
+        : invariant(of, "inputs"),
+          judged_(of.keeps_inputs() && !hides_exchanges(of) &&
+                  !draws_any(of, {fault_kind::reload, fault_kind::disk, fault_kind::boundary,
+                                  fault_kind::links})) {}
+    void started() override {
+        readings_.clear();
+        writes_.clear();
+    }
+    void exchanged(const exchange &seen) override {
+        if (!judged_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) writes_.insert(hex(seen.written));
+        if (is_reading(facts, seen) && seen.duration != never) readings_.insert(hex(seen.read));
+    }
+    void ended(const ending &how) override {
+        if (!judged_ || how.by_signal) return;
+        const std::string text = of_.box.files.text(run::inputs_path);
+        const auto header = text.find("number,");
+        if (header == std::string::npos) return;
+        row_reader rows(text.substr(header));
+        bool contact = false;
+        std::size_t strange = 0;
+        while (rows.next()) {
+            if (rows.number("read_ok") != 0 && readings_.count(rows.text("registers")) == 0)
+                violated("a row of the inputs has registers that no reading had: " +
+                         rows.text("registers"));
+            if (!contact && rows.number("held") == 1 && rows.number("last_write") != 0)
+                violated("a row of the inputs has the result of a write before the first contact");
+            contact = contact || rows.number("held") == 1;
+            strange += contact && rows.number("read_ok") != 0 && rows.has("written") &&
+                       writes_.count(rows.text("written")) == 0;
+        }
+        // What the last step computed may be sent by none.
+        if (strange > 1)
+            violated(fmt::format("{} rows of the inputs have a block that the PLC did not get",
+                                 strange));
+    }
+
+  private:
+    static std::string hex(const std::vector<std::uint16_t> &words) {
+        std::string text;
+        for (const std::uint16_t word : words) text += fmt::format("{:04x}", word);
+        return text;
+    }
+
+    bool judged_;
+    std::set<std::string> readings_, writes_;  // of this daemon
+};
+
 }  // namespace
 
 void add_rows(run &of, invariants &all) {
     all.push_back(std::make_unique<rows_invariant>(of));
+    all.push_back(std::make_unique<inputs_invariant>(of));
 }
 
 }  // namespace compbox::world

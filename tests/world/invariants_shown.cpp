@@ -125,9 +125,93 @@ class shown_invariant : public invariant {
     std::map<std::string, std::deque<given>> values_;
 };
 
+// A term with an input that is missing goes to zero at the ramp (docs/coefficient-file.md), and is
+// not computed by what the input had.
+class fading_invariant : public invariant {
+  public:
+    explicit fading_invariant(run &of)
+        : invariant(of, "fading"),
+          judged_(longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                                  fault_kind::boundary, fault_kind::partial})) {
+        const json root = json::parse(of.box_machine.text);
+        for (const json &term : root.at("terms")) {
+            if (term.at("type") == "adapt") continue;  // stays near its model
+            std::set<std::string> inputs;
+            for (const char *key : {"signal", "tool_length"})
+                if (term.contains(key)) inputs.insert(term.at(key));
+            const json &all = term.contains("bank") ? term.at("bank") : term;
+            for (const std::string input : all.value("inputs", json::array())) inputs.insert(input);
+            std::vector<std::string> parts = term.value("errors", std::vector<std::string>());
+            if (term.contains("term")) parts.push_back(term.at("term"));
+            for (const std::string &part : parts)  // which stand before it
+                inputs.insert(inputs_[part].begin(), inputs_[part].end());
+            for (const std::string output :
+                 term.value("outputs", json::array({term.value("name", "")})))
+                inputs_[output] = inputs;
+        }
+    }
+    void started() override { missing_.clear(); }
+    void shown(const json &snapshot) override {
+        if (!judged_) return;
+        for (const json &signal : snapshot.at("signals")) note(signal);
+        if (missing_.empty()) return;
+        for (const json &term : snapshot.at("terms"))
+            if (term.at("value").is_number()) judge(term.at("name"), term.at("value"));
+    }
+
+  private:
+    static constexpr time_ns late = second;  // from a snapshot to what it shows, and the next step
+    struct missing_signal {
+        time_ns since;
+        std::map<std::string, double> at_first;  // outputs of terms
+    };
+    // For as long as it has had no accepted value.
+    void note(const json &signal) {
+        const std::string signal_name = signal.at("name");
+        const time_ns now = of_.time.now();
+        const bool is_missing = signal.at("state") == "stale" && signal.at("age_ms").is_number();
+        const auto found = missing_.find(signal_name);
+        const bool is_same = is_missing && found != missing_.end() &&
+                             signal.at("age_ms").get<double>() * 1e6 >
+                                 static_cast<double>(now - found->second.since);
+        if (is_same) return;
+        if (found != missing_.end()) missing_.erase(found);
+        if (is_missing) missing_[signal_name] = {now, {}};
+    }
+    void judge(const std::string &term, double value) {
+        const auto inputs = inputs_.find(term);
+        if (inputs == inputs_.end()) return;
+        for (const std::string &input : inputs->second) {
+            const auto found = missing_.find(input);
+            if (found == missing_.end()) continue;
+            const double first =
+                std::fabs(found->second.at_first.emplace(term, value).first->second);
+            const double faded_s =
+                1e-9 * static_cast<double>(of_.time.now() - found->second.since - late);
+            const double most = std::max(first - 0.9 * ramp() * std::max(faded_s, 0.0), 0.0);
+            if (std::fabs(value) > most + 1e-3 + 1e-3 * first)
+                violated(fmt::format("{} is {}, and its input {} has been missing for {} s", term,
+                                     value, input, faded_s));
+        }
+    }
+    // A ceiling may lower it.
+    double ramp() const {
+        double most = of_.box_machine.ramp_um_per_s;
+        for (const channel_facts &channel : of_.box_machine.channels)
+            if (channel.lowered) most = std::min(most, channel.slew_um_per_s);
+        return most;
+    }
+
+    bool judged_;
+    std::map<std::string, std::set<std::string>> inputs_;  // of outputs of terms
+    std::map<std::string, missing_signal> missing_;
+};
+
 }  // namespace
 
 void add_shown(run &of, invariants &all) {
+    all.push_back(std::make_unique<fading_invariant>(of));
     all.push_back(std::make_unique<shown_invariant>(of));
 }
 

@@ -224,8 +224,14 @@ class nodes_invariant : public invariant {
         }
     }
 
-    // No heartbeat passes a bus that is down.
+    // No heartbeat passes a bus that is down, and none is lost where nothing happens to the bus.
     void reported(const nlohmann::json &all) override {
+        if (judged_ && !draws(of_, fault_kind::can) && all.contains("can"))
+            for (const auto &shown : all.at("can").at("nodes"))
+                if (shown.value("losses", 0) > 0)
+                    violated(
+                        fmt::format("node {} was lost {} times, and nothing happens to the bus",
+                                    shown.at("node").get<int>(), shown.value("losses", 0)));
         if (!judged_ || of_.can->state() == can_bus::interface_state::up ||
             of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
             return;

@@ -68,6 +68,8 @@ struct draft {
         if (chance.one_in(3)) plc["referenced_bits"] = {1u, 4u, 5u};
         if (is("fanuc") && chance.one_in(2)) plc["handshake"] = 3;
         if (is("fanuc") && chance.one_in(3)) plc["axes_at_once"] = true;
+        dice own(made.twin.seed, "deadband");
+        if (own.one_in(4)) plc["deadband_um"] = rounded(own.log_between(0.05, 5));
         if (!is("fanuc") && chance.one_in(4))
             plc["interpolate_ms"] = rounded(period_ms * chance.between(0.5, 1.0));
     }
@@ -87,7 +89,7 @@ struct draft {
 
     // Modules on the box's own bus, and CANopen nodes.
     void draw_sensors() {
-        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count;
+        for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 + chance.below(3) : 0; i < count;
              ++i) {
             const std::string name = fmt::format("B{}", i + 1);
             root["signals"].push_back({{"name", name},
@@ -107,7 +109,7 @@ struct draft {
             root["buses"].push_back({{"name", "pt100"},
                                      {"rtu", {{"device", "/dev/ttyS1"}, {"baud", 38400}}},
                                      {"every_ms", 200 + chance.below(500)}});
-        for (std::uint64_t i = 0, count = chance.one_in(3) ? 1 + chance.below(3) : 0; i < count;
+        for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 + chance.below(3) : 0; i < count;
              ++i)
             draw_node(static_cast<int>(i) + 1);
     }
@@ -706,11 +708,27 @@ struct draft {
             term["errors"].push_back(error);
             term["reference_points_mm"][axis] = {0, std::round(own.between(-1000, 1000)), 0};
         }
+        if (dice(made.twin.seed, "tool").one_in(2)) add_tool(term);
         root["terms"].push_back(term);
         for (auto &entry : root["channels"]) {
             const std::string name = entry["name"];
             if (name == "X" || name == "Z") entry["sum"].push_back("V" + name);
         }
+    }
+    // Its length by the PLC, which may be missing.
+    void add_tool(json &volumetric) {
+        volumetric.erase("tool_length_mm");
+        volumetric["tool_length"] = "tool";
+        root["signals"].push_back({{"name", "tool"},
+                                   {"unit", "mm"},
+                                   {"plc", next_read(1)},
+                                   {"type", "int16"},
+                                   {"scale", 0.1},
+                                   {"min", -100},
+                                   {"max", 1000},
+                                   {"essential", false}});
+        made.twin.signals["tool"] = 20;
+        widen_block("read", read_next);
     }
 
     // Likewise: a term of what a person measures, and of how often.
@@ -767,7 +785,7 @@ struct draft {
     // Likewise: the PLC gives the velocities of some axes, which the box uses for its lead.
     void draw_velocities() {
         dice own(made.twin.seed, "velocities");
-        if (!own.one_in(4)) return;
+        if (!own.one_in(3)) return;
         const bool any = is("generic");
         static const std::vector<std::string> types = {"int32", "float32", "int32cdab",
                                                        "float32le"};
@@ -908,6 +926,11 @@ machine random_machine(dice &chance, unsigned revision) {
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");
     return made;
+}
+
+machine machine_of(std::uint64_t seed) {
+    dice chance(seed, "machine");
+    return random_machine(chance);
 }
 
 namespace {

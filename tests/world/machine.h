@@ -82,6 +82,8 @@ time_ns longest_between_steps(const machine &of);
 
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);
+// out: the machine of a seed
+machine machine_of(std::uint64_t seed);
 
 // out: what another file promises for the same machine; nothing if no box can run it
 std::optional<machine> facts_of(const machine &base, const std::string &text);

@@ -66,7 +66,8 @@ void person::measure() {
     time_.at(time_.now() + chance_.time_between(2 * second, 8 * second), [this] { measure(); });
     // What is in the file at the daemon's first look is from before, and not taken.
     if (time_.now() - started_ns_ < 2 * second) return;
-    number_ = (number_ + 1) % 65536;
+    // Who counts anew each day may come to the same number.
+    if (before_.empty() || !chance_.one_in(6)) number_ = (number_ + 1) % 65536;
     const std::string before = std::exchange(before_, "");
     switch (chance_.below(8)) {
         case 0:

@@ -330,6 +330,7 @@ fakeplc::byte_string plc_side::stray_pdu(fakeplc::byte_string reply, stray_reply
         if (reply.size() > 2) reply[1] = static_cast<std::uint8_t>(reply.size() - 2);
     }
     if (way == stray_reply::longer) reply.insert(reply.end(), {0, 0});
+    if (way == stray_reply::miscounted && reply.size() > 2) reply[1] ^= 2;
     return reply;
 }
 

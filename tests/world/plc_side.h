@@ -19,7 +19,15 @@
 namespace compbox::world {
 
 // A gateway or a faulty server answers in the place of the PLC, or before it.
-enum class stray_reply { none, other_unit, other_function, shorter, longer, other_registers };
+enum class stray_reply {
+    none,
+    other_unit,
+    other_function,
+    shorter,
+    longer,
+    other_registers,
+    miscounted
+};
 
 // What happens to a request at the PLC's server.
 struct reply_fate {

@@ -92,6 +92,7 @@ volumetric::volumetric(const json &term) {
     b0z_urad = square.value("B0Z", 0.0);
     c0y_urad = square.value("C0Y", 0.0);
     a0z_urad = square.value("A0Z", 0.0);
+    tool = term.value("tool_length", "");
     for (const std::string name : term.at("errors")) {
         const std::string of = name.substr(2);
         const std::size_t i = chain.find(of);
@@ -101,14 +102,14 @@ volumetric::volumetric(const json &term) {
             made.moves[c] = i > f ? j > i : j >= i || j > f;
             made.lever_mm[c] = term.at("tool_offset_mm")[c].get<double>() -
                                term.at("reference_points_mm").at(of)[c].get<double>() -
-                               (c == 2 ? term.at("tool_length_mm").get<double>() : 0);
+                               (c == 2 ? term.value("tool_length_mm", 0.0) : 0);
         }
         parts.push_back(made);
     }
 }
 
-double volumetric::um(std::size_t axis, const std::array<double, 3> &at_mm,
-                      const numbers &errors) const {
+double volumetric::um(std::size_t axis, const std::array<double, 3> &at_mm, const numbers &errors,
+                      double tool_mm) const {
     double e_um[3] = {1e-3 * (b0z_urad * at_mm[2] - c0y_urad * at_mm[1]),
                       -1e-3 * a0z_urad * at_mm[2], 0};
     for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -118,7 +119,7 @@ double volumetric::um(std::size_t axis, const std::array<double, 3> &at_mm,
             continue;
         }
         const auto lever_mm = [&](std::size_t c) {
-            return one.lever_mm[c] + (one.moves[c] ? at_mm[c] : 0);
+            return one.lever_mm[c] + (one.moves[c] ? at_mm[c] : 0) - (c == 2 ? tool_mm : 0);
         };
         const std::size_t next = (one.kind + 1) % 3, last = (one.kind + 2) % 3;  // (e_r x L)
         e_um[next] -= 1e-3 * errors[k] * lever_mm(last);
@@ -213,6 +214,10 @@ void reference_box::take_signals(const json &root) {
 
 void reference_box::take_terms(const json &root) {
     for (const auto &term : root.at("terms")) {
+        const json &model = term.contains("bank") ? term.at("bank") : term;
+        for (std::size_t i = 0; model.contains("input_min") && i < model.at("inputs").size(); ++i)
+            trained_.push_back({place_of(model.at("inputs")[i]), model.at("input_min")[i],
+                                model.at("input_max")[i]});
         const std::string type = term.at("type");
         if (!term.contains("outputs")) {
             outputs_[term.at("name")] = function_of(term, 0);
@@ -372,13 +377,15 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
     const volumetric made(term);
     std::vector<function> errors;
     for (const volumetric::part &one : made.parts) errors.push_back(outputs_.at(one.error));
-    return [made, along, places, errors](const values &at) {
+    const std::size_t tool = made.tool.empty() ? 0 : place_of(made.tool);
+    return [made, along, places, errors, tool](const values &at) {
         numbers found;
         for (const function &error : errors) found.push_back(error(at));
         // With one of them missing the box has none of its outputs.
         if (std::any_of(found.begin(), found.end(), [](double um) { return std::isnan(um); }))
             return unknown;
-        return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found);
+        return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found,
+                       made.tool.empty() ? 0 : at[tool]);
     };
 }
 
@@ -408,6 +415,7 @@ void reference_box::take(const machine &of) {
     std::swap(hidden_, fresh.hidden_);
     std::swap(hidden_near_, fresh.hidden_near_);
     std::swap(outputs_, fresh.outputs_);
+    std::swap(trained_, fresh.trained_);
     std::swap(sums_, fresh.sums_);
     if (watch_) watch_->begin();
 }
@@ -643,6 +651,14 @@ double reference_box::sum_of(std::size_t channel, const values &at) const {
     double sum = 0;
     for (const function &output : sums_[channel]) sum += output(at);
     return sum;
+}
+
+const std::string *reference_box::beyond_training() const {
+    for (const trained_input &one : trained_) {
+        const double x = used_[one.place], near = unsure_[one.place] + 1e-5 * std::fabs(x);
+        if (x > one.max + near || x < one.min - near) return &signals_[one.place].name;
+    }
+    return nullptr;
 }
 
 bool reference_box::may_lack_input(time_ns now) const {

@@ -44,11 +44,12 @@ struct volumetric {
         bool moves[3];  // the position of an axis is a part of its lever
     };
     double b0z_urad, c0y_urad, a0z_urad;
+    std::string tool;  // signal of its length; "": it is constant
     std::vector<part> parts;
     explicit volumetric(const nlohmann::json &term);
     // in : the axes' positions; what each part's error is
     double um(std::size_t axis, const std::array<double, 3> &at_mm,
-              const std::vector<double> &errors) const;
+              const std::vector<double> &errors, double tool_mm) const;
 };
 // One step of a first-order lag y, exact for an input that goes linearly from u to `to` in dt_s.
 double lagged(double y, double u, double to, double dt_s, double tau_s);
@@ -86,6 +87,8 @@ class reference_box {
     judged_number judged_um(std::size_t channel) const;
     // out: whether a term of the channel has an input that is too old for sure
     bool lacks_input(std::size_t channel, time_ns now) const;
+    // out: a signal that is beyond the training range of a term for sure; nullptr: none
+    const std::string *beyond_training() const;
     // out: whether a signal may be too old
     bool may_lack_input(time_ns now) const;
     // Its derivative by a signal, likewise: µm for each mm.
@@ -174,6 +177,11 @@ class reference_box {
     std::vector<double> hidden_;       // lags of banks, directions
     std::vector<double> hidden_near_;  // how far the box's may be from them
     std::map<std::string, function> outputs_;
+    struct trained_input {
+        std::size_t place;
+        double min, max;
+    };
+    std::vector<trained_input> trained_;       // of all terms
     std::vector<std::vector<function>> sums_;  // by channel
     values used_, unsure_;  // what the terms take, and how far the box's may be from it
     time_ns period_ns_ = 0;

@@ -37,11 +37,6 @@ time_ns longest_ramp(const machine &facts) {
     return static_cast<time_ns>(1e9 * longest_s);
 }
 
-machine machine_of(std::uint64_t seed) {
-    dice chance(seed, "machine");
-    return random_machine(chance);
-}
-
 // Some machines have one, mostly below the limits of the file.
 std::optional<site_ceiling> ceiling_of(const machine &of, std::uint64_t seed) {
     dice chance(seed, "ceiling");
@@ -373,6 +368,13 @@ bool run::keeps_record() const {
     return options.seed % 4 == 0 && options.cycles <= most_recorded;
 }
 
+// libc's streams, which write them, do not repeat what was interrupted.
+bool run::keeps_inputs() const {
+    return options.seed % 6 == 2 && options.cycles <= most_recorded &&
+           options.faults.count(fault_kind::partial) + options.faults.count(fault_kind::refuse) ==
+               0;
+}
+
 bool run::keeps_snapshot() const {
     const bool has_more =
         !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
@@ -388,6 +390,7 @@ void run::start_daemon() {
     if (options.seed % 3 == 1) words.insert(words.end(), {"--state-every", "1"});
     if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
+    if (keeps_inputs()) words.insert(words.end(), {"--record-inputs", inputs_path});
     if (keeps_snapshot()) words.insert(words.end(), {"--snapshot", snapshot_path});
     if (keeps_events()) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});

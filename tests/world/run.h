@@ -101,6 +101,7 @@ class run {
     static constexpr const char *snapshot_path = "/run/snapshot.json";
     static constexpr const char *events_path = "/var/lib/compbox/events";
     static constexpr const char *record_path = "/run/record.csv";
+    static constexpr const char *inputs_path = "/run/inputs";
     static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
     static constexpr std::size_t blackbox_files = 99;          // at most (docs/record.md)
@@ -109,6 +110,7 @@ class run {
     // Whether all records together have at most 1 MB.
     bool keeps_record() const;
     bool keeps_snapshot() const;
+    bool keeps_inputs() const;
     static constexpr int old_records = 7;
     static constexpr std::size_t old_record_bytes = 95000;
     bool limits_records() const { return options.seed % 8 == 0; }

@@ -175,8 +175,7 @@ int main(int argc, char **argv) {
     try {
         if (const auto end = app.parse(argc, argv)) return *end;
         if (with.prints_file) {
-            dice chance(with.first, "machine");
-            io.out << random_machine(chance).text << "\n";
+            io.out << machine_of(with.first).text << "\n";
             return 0;
         }
         if (with.faults != "swarm") options_of(with, with.first);

@@ -52,6 +52,26 @@ const mistake mistakes[] = {
         root["signals"][0]["plc"] = root["plc"]["control"];
         return true;
     },
+    // Only the second register of a number is another one's too.
+    [](json &root) {
+        json *wide = nullptr;
+        for (json &signal : root["signals"]) {
+            if (!signal.contains("plc")) continue;
+            if (wide != nullptr) {
+                signal["plc"] = (*wide)["plc"].get<int>() + 1;
+                return true;
+            }
+            if (signal["type"].get<std::string>().rfind("int16", 0) != 0) wide = &signal;
+        }
+        return false;
+    },
+    [](json &root) {
+        json &channels = root["channels"];
+        const bool is_wide = channels[0]["type"].get<std::string>().rfind("int16", 0) != 0;
+        if (channels.size() < 2 || !is_wide) return false;
+        channels[1]["plc"] = channels[0]["plc"].get<int>() + 1;
+        return true;
+    },
     [](json &root) {
         root["signals"][0]["plc"] = root["plc"]["read"]["start"].get<int>() + 4000;
         return true;

@@ -82,11 +82,11 @@ const edge edges[] = {
     {"reference", 6000012, 1000, "enable",
      to_channels([](cb_channel_config &channel) { channel.tangent = false; })},
     // One motor of a stage is five times slower than the other.
-    {"models", 310623, 6000, "state,line,can", to_channels([](cb_channel_config &channel) {
+    {"models", 37, 6000, "state", to_channels([](cb_channel_config &channel) {
          if (!channel.is_slope) channel.deadband_um = channel.limit_um;
      })},
     // A kill ends a FAULT, too.
-    {"models", 311791, 4000, "kill,power_cut,slow",
+    {"models", 1131, 4000, "kill,slow",
      to_channels([](cb_channel_config &channel) { channel.error_um = 1e9F; })},
     // With FC23 a step behind a late exchange is followed by a write in time.
     {"status", 311306, 3000, "tear,partial,kill,hostile,wire,line,reader,mute",
@@ -95,10 +95,10 @@ const edge edges[] = {
     {"status", 311843, 20000, "exception,partial",
      to_config([](cb_config &config) { config.hold_us = 60000000; })},
     // Torn readings have no reply; a refused probe of a serial line is in a write's place.
-    {"statistics", 310383, 6000, "exception,enable,mute",
+    {"statistics", 4, 6000, "exception,enable,mute",
      [](cb_loop &loop) { loop.box->counters.reads_torn = 0; }},
     // A refusal behind two probes of a serial line is uncertain.
-    {"statistics", 6000814, 20000, "exception",
+    {"counters", 6000814, 20000, "exception",
      [](cb_loop &loop) { loop.box->counters.writes_refused = 0; }},
     // The machine is suspended before the first step of a daemon.
     {"statistics", 8000231, 20000, "restart,suspend",
@@ -122,7 +122,7 @@ const edge edges[] = {
      "suspend,wire,plc_stop,stray",
      nullptr},
     {"reload", 6000640, 6000, "reload", no_offer},
-    {"settled file", 1, 6000, "reload", no_offer},
+    {"settled file", 6, 6000, "reload", no_offer},
     // Another file has its signals and terms in another order.
     {"snapshot", 900039, 2500, "reload",
      [](cb_loop &loop) {

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: MIT
+// The counters of the statistics are what happened to this daemon (docs/faults.md): none counts
+// what no fault of the run can cause, and none misses what the status has shown to the PLC.
+#include <fmt/core.h>
+
+#include <array>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+
+// Of a PLC that answers all requests in time, on a wire that loses nothing.
+const std::vector<const char *> of_the_box = {
+    "missed_ticks",    "reads_torn",        "writes_failed", "writes_refused", "writes_unknown",
+    "heartbeats_lost", "registers_foreign", "clock_jumps",   "resyncs"};
+const std::vector<const char *> of_the_wire = {
+    "blocked",         "closed_by_peer", "crc_errors",    "disconnects",        "exceptions",
+    "out_of_time",     "framing_errors", "given_up",      "incomplete_replies", "noise_bytes",
+    "invalid_replies", "late_replies",   "socket_errors", "stray_replies",      "timeouts",
+    "wrong_ids",       "wrong_units"};
+// What only sensors that lie bring.
+const std::vector<const char *> of_sensors = {"sensors_doubted", "nc_alarms", "holds"};
+
+// A reason that the status has had, and counters of which one then is not 0.
+struct reason_counters {
+    unsigned reason;
+    std::vector<const char *> counters;
+};
+const std::vector<reason_counters> by_reason = {
+    {box_reason::clock, {"clock_jumps"}},
+    {box_reason::signal, {"signals_stale", "samples_implausible"}},
+    {box_reason::degraded, {"terms_faded", "models_weakened", "terms_not_finite"}},
+    {box_reason::limited, {"outputs_limited", "pairs_limited", "slopes_limited", "outputs_slewed"}},
+    {box_reason::extrapolated, {"models_extrapolated", "outside_curve"}},
+    {box_reason::unapplied, {"applied_foreign"}},
+    {box_reason::write_refused, {"writes_refused"}},
+};
+
+class counters_invariant : public invariant {
+  public:
+    explicit counters_invariant(run &of)
+        : invariant(of, "counters"),
+          judged_(!draws_any(
+              of, {fault_kind::memory, fault_kind::hostile, fault_kind::wire, fault_kind::line})),
+          calm_(judged_ && !hides_exchanges(of) &&
+                !draws_any(of, {fault_kind::twice, fault_kind::boundary, fault_kind::reload,
+                                fault_kind::disk})) {}
+    void started() override {
+        modes_ = {};
+        mode_ = fakeplc::box_mode::standby;
+        reasons_.clear();
+        whole_ = false;
+        newest_.clear();
+    }
+    void exchanged(const exchange &seen) override {
+        if (!judged_ || seen.written.empty() || seen.sent < sent_ns_) return;
+        sent_ns_ = seen.sent;
+        const written_block &block = block_of(of_.author_of(seen), seen);
+        if (block.mode < modes_.size() && block.mode != mode_) ++modes_[block.mode];
+        mode_ = block.mode;
+        // A term that has had no value yet has not faded.
+        whole_ = whole_ || (mode_ == fakeplc::box_mode::active && block.reason == box_reason::none);
+        if (whole_ || block.reason != box_reason::degraded) ++reasons_[block.reason];
+    }
+    // None goes back within a daemon's life, whatever file it takes.
+    void reported(const json &all) override {
+        if (!judged_) return;
+        for (const char *part : {"box", "plc"})
+            for (const auto &[counter, value] : all.at(part).items())
+                if (value.is_number_unsigned() && counter.find("_us") == std::string::npos)
+                    keep(part, counter, value);
+        if (!all.contains("can")) return;
+        for (const json &node : all.at("can").at("nodes"))
+            for (const char *counter : {"boots", "losses", "starts"})
+                keep(fmt::format("node {}", node.at("node").get<int>()), counter, node.at(counter));
+    }
+    void ended(const ending &how) override {
+        const json all = finished_statistics();
+        if (!judged_ || how.by_signal || how.code != 0 || all.is_null()) return;
+        const json &box = all.at("box");
+        for (const auto &[reason, counters] : by_reason) judge_reason(box, reason, counters);
+        judge_entries(box, "holds", fakeplc::box_mode::hold);
+        judge_entries(box, "ramps", fakeplc::box_mode::ramp);
+        judge_entries(box, "faults", fakeplc::box_mode::fault);
+        if (!calm_) return;
+        judge_none(box, of_the_box);
+        judge_none(all.at("plc"), of_the_wire);
+        if (!draws(of_, fault_kind::sensors)) judge_none(box, of_sensors);
+    }
+
+  private:
+    void keep(const std::string &of, const std::string &counter, std::uint64_t value) {
+        std::uint64_t &before = newest_[of + " " + counter];
+        if (value < before)
+            violated(fmt::format("{} of {} is {}, it was {}", counter, of, value, before));
+        before = value;
+    }
+    static std::uint64_t counted(const json &of, const char *counter) {
+        return of.value(counter, std::uint64_t{0});
+    }
+    void judge_none(const json &of, const std::vector<const char *> &counters) {
+        for (const char *counter : counters)
+            if (counted(of, counter) > 0)
+                violated(fmt::format("{} is {}, and nothing happened that it counts", counter,
+                                     counted(of, counter)));
+    }
+    void judge_reason(const json &box, unsigned reason, const std::vector<const char *> &counters) {
+        const auto found = reasons_.find(reason);
+        if (found == reasons_.end()) return;
+        std::uint64_t all = 0;
+        std::string names;
+        for (const char *counter : counters) {
+            all += counted(box, counter);
+            names += fmt::format("{}{}", names.empty() ? "" : ", ", counter);
+        }
+        if (all == 0)
+            violated(fmt::format("the status had reason {} {} times, and none is counted in {}",
+                                 reason, found->second, names));
+    }
+    // Of a calm run each step of the box comes to the PLC, but for the first ones.
+    void judge_entries(const json &box, const char *counter, unsigned mode) {
+        const std::uint64_t is = counted(box, counter), seen = modes_[mode];
+        if (is < seen || (calm_ && is > seen + 2))
+            violated(fmt::format("{} is {}, the PLC saw {}", counter, is, seen));
+    }
+
+    std::map<std::string, std::uint64_t> newest_;  // counters of this daemon
+    bool judged_, calm_;
+    time_ns sent_ns_ = 0;  // the newest write
+    unsigned mode_ = fakeplc::box_mode::standby;
+    bool whole_ = false;                         // all terms have had values
+    std::array<std::uint64_t, 6> modes_ = {};    // entries, as the PLC saw them
+    std::map<unsigned, std::uint64_t> reasons_;  // writes with each
+};
+
+}  // namespace
+
+void add_counters(run &of, invariants &all) {
+    all.push_back(std::make_unique<counters_invariant>(of));
+}
+
+}  // namespace compbox::world
