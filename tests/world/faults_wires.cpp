@@ -95,7 +95,7 @@ void fault_injector::plan_wires() {
         const time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
         of_.time.at(of_.time.now() + back, [line] { line->plug(true); });
     });
-    repeat(fault_kind::can, 15 * second, [this] {
+    repeat(fault_kind::can, 6 * second, [this] {
         if (of_.can == nullptr) return;
         dice &drawn = chance(fault_kind::can);
         const std::size_t node = drawn.below(of_.can->nodes.size());

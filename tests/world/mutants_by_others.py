@@ -1127,4 +1127,180 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "cause_words.c",
       "config->outputs[config->terms[i].first_output].name",
       "config->outputs[i].name")),
+    ("other-unread-never-reset",
+     "Failed read-backs add up over the whole contact, so a few single ones end the search for other "
+     "clients for ever",
+     (BOX + "box.c",
+      "plc->unread = in->held == CB_TRANSFER_OK ? 0 : (uint8_t)(plc->unread + 1);",
+      "plc->unread = (uint8_t)(plc->unread + (in->held != CB_TRANSFER_OK));")),
+    ("other-alarm-count-order",
+     "The state of the NC alarm is updated before its rise is counted, so nc_alarms stays 0",
+     (BOX + "plc.c",
+      "    counters->nc_alarms += alarm && !state->nc_alarm;\n"
+      "    state->nc_alarm = alarm;\n",
+      "    state->nc_alarm = alarm;\n"
+      "    counters->nc_alarms += alarm && !state->nc_alarm;\n")),
+    ("other-outside-kept",
+     "The time outside of what was sent is kept while nothing is judged, so UNAPPLIED appears too early in "
+     "the next ACTIVE",
+     (BOX + "applied.c",
+      "state->outside_us = judged ? outside_us(state->outside_us, inside, elapsed_us, most_us) : 0;",
+      "if (judged) state->outside_us = outside_us(state->outside_us, inside, elapsed_us, most_us);")),
+    ("other-went-back-unknown",
+     "The first heartbeat is compared with one that was never read, so a PLC whose count is in the upper "
+     "half passes for restarted and its held values are taken as zero",
+     (BOX + "plc.c",
+      "state->contact != CB_CONTACT_KNOWN && state->beat && behind)",
+      "state->contact != CB_CONTACT_KNOWN && behind)")),
+    ("other-older-not-reset",
+     "The first write without a reply does not reset the older late writes, so the values of an earlier "
+     "time hold the output back",
+     (BOX + "limiter.c",
+      "        state->late_min_um = state->older_min_um = sent_um;\n"
+      "        state->late_max_um = state->older_max_um = sent_um;\n",
+      "        state->late_min_um = sent_um;\n"
+      "        state->late_max_um = sent_um;\n")),
+    ("other-waits-first",
+     "A node counts as waited for before its time begins, so it is lost at once at the start",
+     (SIGNALS + "canopen.c",
+      "        if (!node->waits) node->heard_us = now_us;\n"
+      "        node->waits = true;\n",
+      "        node->waits = true;\n"
+      "        if (!node->waits) node->heard_us = now_us;\n")),
+    ("other-boot-not-commanded",
+     "A boot-up message does not ask for another start command, so a node without a heartbeat time stays "
+     "pre-operational after a reset",
+     (SIGNALS + "canopen.c",
+      "    ++node->boots;\n"
+      "    node->commanded = false;\n",
+      "    ++node->boots;\n")),
+    ("other-due-after-backoff",
+     "A module that answers again keeps the long pause of its silence for one more turn, so its signals "
+     "come late and go stale",
+     (SIGNALS + "bus_turns.c",
+      "    turn->silent = 0;\n"
+      "    turn->due_us = turns->requested_us + turns->every_us;\n",
+      "    turn->silent = 0;\n")),
+    ("other-old-velocity",
+     "A reported velocity is used however old it is, so a position leads by a stale velocity",
+     (SIGNALS + "signals.c",
+      "    const struct cb_signal_config *source = &ageing->config->signals[signal->velocity];\n"
+      "    const struct cb_signal_state *reported",
+      "    const struct cb_signal_state *reported"),
+     (SIGNALS + "signals.c",
+      "    const bool usable =\n"
+      "        signal->velocity_scale > 0.0f && cb_signal_is_recent(source, reported, ageing->now_us);\n",
+      "    const bool usable = signal->velocity_scale > 0.0f && reported->known;\n")),
+    ("other-stale-tool-length",
+     "A volumetric term does not ask whether the tool length is fresh, so it goes on with an old length "
+     "instead of fading",
+     ("firmware/terms/volumetric.c",
+      "return there && e->signals[config->signals[TOOL]].fresh;",
+      "return there;")),
+    ("other-blending-sign",
+     "The slope within the reversal has the wrong sign of the blending, so a tangent points the wrong way "
+     "behind a reversal",
+     ("models/direction.c",
+      "(forward.value - backward.value) / width",
+      "(backward.value - forward.value) / width")),
+    ("other-margin-unremarked",
+     "An input within the margin of its training range is not counted as extrapolated, so reason and "
+     "counter are missing",
+     ("models/training_range.c",
+      "    ++verdict->extrapolated;\n"
+      "    if (beyond <= 0.0f) return;\n",
+      "    if (beyond <= 0.0f) return;\n"
+      "    ++verdict->extrapolated;\n")),
+    ("other-second-register-free",
+     "Only the first register of a number in the read block is reserved, so a file is accepted whose "
+     "numbers overlap in the second one",
+     ("firmware/load/registers.c",
+      "    for (uint32_t i = first; i < first + width; ++i) users[i] = user;\n",
+      "    users[first] = user;\n")),
+    ("other-deadband-of-profile",
+     "The profile's deadband replaces the one in the file, so foreign values are judged by the wrong bound",
+     ("firmware/load/plc.c",
+      "if (slots[PLC_DEADBAND] == CB_ABSENT) plc->deadband_um = facts->deadband_um;",
+      "if (facts->deadband_um > 0.0f) plc->deadband_um = facts->deadband_um;")),
+    ("other-byte-count-ignored",
+     "The byte count of a reading's reply is not compared, so a reply that contradicts itself is used and "
+     "not counted as invalid",
+     ("firmware/wire/modbus.c",
+      "return length == 2 + bytes && pdu[1] == bytes;",
+      "(void)pdu;\n"
+      "    return length == 2 + bytes;")),
+    ("other-whole-forgotten",
+     "The channel of an adapted term overwrites that its probe measures the whole error, so the output is "
+     "subtracted from it",
+     ("firmware/load/probes.c",
+      "adapt->measures = (uint8_t)((adapt->measures & CB_ADAPT_WHOLE) | i);",
+      "adapt->measures = i;")),
+    ("other-backoff-before-look",
+     "Whether a lost connection was proven is asked after its pause was made longer, so it is never made "
+     "again at once",
+     (LINUX + "link.c",
+      "    bool at_once = link->backoff_us == 0;\n"
+      "    go_down(link, cause, error_number, now_us);\n"
+      "    longer_backoff(link);\n",
+      "    go_down(link, cause, error_number, now_us);\n"
+      "    longer_backoff(link);\n"
+      "    bool at_once = link->backoff_us == 0;\n")),
+    ("other-same-count-same-line",
+     "A measurement by hand counts as known if its count is, so one with the same count and a later time "
+     "is passed over",
+     (LINUX + "hand.c",
+      "const bool same = of->line.count == line->count && of->line.unix_s == line->unix_s;",
+      "const bool same = of->line.count == line->count;")),
+    ("other-refused-is-silent",
+     "A module that answers with an exception is treated as one that does not answer, so it is polled less "
+     "and less and reported as silent",
+     (LINUX + "bus.c",
+      "        case CB_TRANSFER_REFUSED:\n"
+      "            cb_bus_turns_refused(&bus->turns);\n"
+      "            break;\n",
+      "        case CB_TRANSFER_REFUSED:\n")),
+    ("other-nodes-anew",
+     "Each reload forgets the CANopen nodes, so their counters begin at 0 and operational nodes get "
+     "another start command",
+     (LINUX + "can_source.c",
+      "    const bool same = memcmp(&source->config, &config->can, sizeof config->can) == 0;\n",
+      ""),
+     (LINUX + "can_source.c",
+      "    if (!same) cb_canopen_start(source->nodes);\n",
+      "    cb_canopen_start(source->nodes);\n")),
+    ("other-waiting-adds-up",
+     "The rows that wait are not reset after they were written, so one failed write counts all rows of the "
+     "run as lost",
+     (OUTPUT + "record.c",
+      "    record->used = 0;\n"
+      "    record->waiting = 0;\n",
+      "    record->used = 0;\n")),
+    ("other-history-by-reason",
+     "The history of the statistics looks at the reason alone, so a change of the mode with the same "
+     "reason is missing",
+     (OUTPUT + "stats.c",
+      "    if (stats->rows > 0 && row->mode == stats->last.mode && row->reason == stats->last.reason)\n"
+      "        return;\n",
+      "    if (stats->rows > 0 && row->reason == stats->last.reason) return;\n")),
+    ("other-events-not-lost",
+     "Lines that the log's limit leaves out are not counted for the events, so lost_before is missing "
+     "behind them",
+     (DAEMON + "log.c",
+      "        limit->left_out++;\n"
+      "        if (log->events != NULL) log->events->lost++;\n",
+      "        limit->left_out++;\n")),
+    ("other-archive-not-woken",
+     "A record that is put aside does not begin the compression again, so only the files of the start are "
+     "compressed",
+     (OUTPUT + "archive.c",
+      "    trim(archive, archive->most_bytes - 2 * cb_archive_piece(archive));\n"
+      "    archive->number = 1;\n",
+      "    trim(archive, archive->most_bytes - 2 * cb_archive_piece(archive));\n")),
+    ("other-hand-not-followed",
+     "A reload does not tell the measurements by hand about the new file, so signals that it adds never "
+     "get a value",
+     (DAEMON + "main.c",
+      "    start_bus(daemon, now_us);\n"
+      "    cb_hand_follow(&daemon->hand, config_now(daemon));\n",
+      "    start_bus(daemon, now_us);\n")),
 ]
