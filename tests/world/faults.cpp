@@ -35,9 +35,9 @@ fault_set every_kind() {
 // out: kinds that have much to show on this machine, the richest of them several times
 std::vector<fault_kind> rich_kinds(const machine &of) {
     std::vector<fault_kind> kinds = {
-        fault_kind::sensors, fault_kind::reload,  fault_kind::enable,
-        fault_kind::loss,    fault_kind::restart, fault_kind::plc_stop,
-        fault_kind::memory,  fault_kind::disk,    fault_kind::exception};
+        fault_kind::sensors,   fault_kind::reload,   fault_kind::enable, fault_kind::loss,
+        fault_kind::restart,   fault_kind::plc_stop, fault_kind::memory, fault_kind::disk,
+        fault_kind::exception, fault_kind::hostile};
     const auto add = [&kinds](fault_kind kind, bool has, std::size_t times) {
         kinds.insert(kinds.end(), has ? times : 0, kind);
     };

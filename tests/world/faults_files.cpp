@@ -31,7 +31,7 @@ void fault_injector::plan_files() {
         for (std::uint64_t i = 0; i < signals; ++i)
             later(static_cast<time_ns>(i) * apart, [this] { of_.box.send_signal(1); });
     });
-    repeat(fault_kind::hostile, 5 * second, [this] { put_hostile_file(); });
+    repeat(fault_kind::hostile, 2 * second, [this] { put_hostile_file(); });
     repeat(fault_kind::state, 10 * second,
            [this] { older_state_ = of_.box.files.text(run::state_path); });
 }

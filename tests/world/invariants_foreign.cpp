@@ -57,8 +57,9 @@ class applied_invariant : public invariant {
     static constexpr std::uint64_t most_beyond = 12;       // of which the box gets two at least
     static constexpr double report_s = 0.4, most_s = 0.5;  // the box: 0.25 s, 0.5 s
     static constexpr time_ns of_late = 1500 * ms,
-                             may_follow = second;    // the box: of late, 1 s to 1.25 s
-    static constexpr time_ns forgiven = 3 * second;  // the box: four times 0.5 s
+                             may_follow = second;       // the box: of late, 1 s to 1.25 s
+    static constexpr time_ns least_outside = 200 * ms;  // the box: 0.25 s
+    static constexpr time_ns forgiven = 3 * second;     // the box: four times 0.5 s
 
     // Without a reply the box may be in HOLD for a moment.
     void forget_outside() {
@@ -79,6 +80,10 @@ class applied_invariant : public invariant {
             seen.sent - outside_ns_ > forgiven + 20 * facts.period_us * us)
             violated(fmt::format("reason 13, and the PLC applies what was sent for {} ms",
                                  (seen.sent - outside_ns_) / ms));
+        if (hears_all_ && block.reason == box_reason::unapplied &&
+            seen.sent - idle_ns_ < least_outside)
+            violated(fmt::format("reason 13 when the box had been ACTIVE for {} ms",
+                                 (seen.sent - idle_ns_) / ms));
         for (std::size_t c = 0; c < channels_.size(); ++c) {
             const std::string &channel = facts.channels[c].name;
             if (channels_[c].beyond >= most_beyond && seen.sent - channels_[c].beyond_ns >= lag_ns_)

@@ -236,7 +236,9 @@ struct draft {
                      {"values", values(points, 30)}};
         if (chance.one_in(3)) {
             term["backward"] = {{"positions", positions}, {"values", values(points, 30)}};
-            term["reversal_mm"] = rounded(chance.log_between(0.01, 10));
+            // Some so wide that an axis is within it for a while.
+            const double times = dice(made.twin.seed, "reversal " + name).one_in(3) ? 20 : 1;
+            term["reversal_mm"] = rounded(times * chance.log_between(0.01, 10));
         }
         add_term(term);
     }

@@ -378,7 +378,7 @@ bool run::keeps_inputs() const {
 bool run::keeps_snapshot() const {
     const bool has_more =
         !box_machine.map.probes.empty() || box_machine.text.find("\"sigma\"") != std::string::npos;
-    return options.seed % 7 == 0 || (has_more && options.seed % 2 == 0);
+    return keeps_slow_snapshot() || options.seed % 7 == 0 || (has_more && options.seed % 2 == 0);
 }
 
 void run::start_daemon() {
@@ -392,6 +392,7 @@ void run::start_daemon() {
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
     if (keeps_inputs()) words.insert(words.end(), {"--record-inputs", inputs_path});
     if (keeps_snapshot()) words.insert(words.end(), {"--snapshot", snapshot_path});
+    if (keeps_slow_snapshot()) words.insert(words.end(), {"--snapshot-every", "1000"});
     if (keeps_events()) words.insert(words.end(), {"--events", events_path});
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});

@@ -110,6 +110,7 @@ class run {
     // Whether all records together have at most 1 MB.
     bool keeps_record() const;
     bool keeps_snapshot() const;
+    bool keeps_slow_snapshot() const { return options.seed % 6 == 1; }  // one a second
     bool keeps_inputs() const;
     static constexpr int old_records = 7;
     static constexpr std::size_t old_record_bytes = 95000;
