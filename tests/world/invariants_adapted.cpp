@@ -33,7 +33,7 @@ class adapted_invariant : public invariant {
     explicit adapted_invariant(run &of) : invariant(of, "adapted") {
         // Another file may have other bounds, and a bit may flip in those of this one.
         if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
-        const json root = json::parse(of.box_machine.text);
+        const json &root = of.box_machine.file();
         for (const auto &term : root.at("terms"))
             if (term.at("type") == "adapt") adapts_.push_back(term);
         if (!adapts_.empty()) bias_max_um_ = adapts_[0].at("bias_max_um");
@@ -87,8 +87,8 @@ class adapted_invariant : public invariant {
         // Zeros until the daemon has given the box its state.
         if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
         // Two filters may come to the same bound.
-        const bool is_bound = std::fabs(filter.first) >= bias_max_um_ * (1 - 1e-6);
-        if (is_bound) resumed_.reset();
+        const bool at_bound = std::fabs(filter.first) >= bias_max_um_ * (1 - 1e-6);
+        if (at_bound) resumed_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled =
             std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
@@ -187,7 +187,7 @@ covariance narrowed(const covariance &p, double m, double s, double share) {
 class probes_invariant : public invariant {
   public:
     explicit probes_invariant(run &of) : invariant(of, "probes") {
-        const json root = json::parse(of.box_machine.text);
+        const json &root = of.box_machine.file();
         for (const auto &term : root.at("terms"))
             if (term.at("type") == "adapt") term_ = term;
         if (term_.is_null() || hides_exchanges(of) || draws(of, fault_kind::reload)) return;
@@ -275,8 +275,9 @@ class probes_invariant : public invariant {
         newest_ = one;
     }
 
-    // out: what the box has a part of in a measurement: what the PLC applies, or without `applied`
-    //      what the box wrote; NaN: not known
+    // out: the part of a measurement that is the box's own output, µm: what the PLC applies,
+    // without
+    //      `applied` what was written; 0 if the whole error is measured; NaN: not known
     judged_number own_part(const machine &facts, const exchange &seen) const {
         if (is_whole_) return {0, 0};
         if (facts.channels[0].has_applied) return {applied_in(facts, 0, seen), 0};
@@ -285,7 +286,7 @@ class probes_invariant : public invariant {
     }
     // The outputs of the newest two writes, each of which had its reply.
     void note_write(const machine &facts, const exchange &seen) {
-        confirmed_ = seen.duration == never || seen.exception != 0 ? 0 : confirmed_ + 1;
+        confirmed_ = seen.duration == never ? 0 : confirmed_ + 1;
         sent_um_[1] = std::exchange(sent_um_[0], block_of(facts, seen).um[0]);
     }
 

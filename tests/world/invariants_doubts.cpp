@@ -24,7 +24,7 @@ class doubts_invariant : public invariant {
             draws(of, fault_kind::reload))
             return;
         box_.emplace(of.box_machine);
-        const auto root = nlohmann::json::parse(of.box_machine.text);
+        const nlohmann::json &root = of.box_machine.file();
         for (const auto &signal : root.at("signals")) signals_.push_back(signal.at("name"));
     }
     void started() override {

@@ -106,7 +106,7 @@ class models_invariant : public invariant {
             draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
                            fault_kind::foreign, fault_kind::sensors, fault_kind::wire,
                            fault_kind::exception, fault_kind::boundary});
-        if (!disturbed) take_file(json::parse(of.box_machine.text));
+        if (!disturbed) take_file(of.box_machine.file());
     }
     void started() override {
         wants_.clear();
@@ -307,7 +307,7 @@ class sigma_invariant : public invariant {
     explicit sigma_invariant(run &of) : invariant(of, "sigma") {
         // Another file may have another floor, and a bit may flip in this one.
         if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
-        const json root = json::parse(of.box_machine.text);
+        const json &root = of.box_machine.file();
         for (const auto &term : root.at("terms")) {
             const std::string type = term.at("type");
             if (type == "adapt") continue;  // its own filter's
@@ -360,8 +360,9 @@ class sigma_invariant : public invariant {
                             fault_kind::wire, fault_kind::reload, fault_kind::suspend}))
             return;
         const std::string input = bank.at("inputs")[0];
-        if (squares_.count(input) > 0) return;                                    // which moves far
-        const double near = input[0] == 'B' ? 2.1 : 0.4 + 3 * of_.plc.wanders_k;  // modules jump
+        if (squares_.count(input) > 0) return;  // which moves far
+        const double near =
+            input[0] == 'B' ? 2.1 : 0.4 + 3 * of_.box_machine.wanders_k;  // modules jump
         for (const auto &signal : signals) {
             if (signal.at("name") != input || signal.at("state") != "fresh") continue;
             const double x = signal.at("value"), um = stated.at("sigma_um");

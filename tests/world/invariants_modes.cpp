@@ -31,7 +31,7 @@ class evidence_invariant : public invariant {
     void started() override {
         permitted_ns_ = calm_ns_ = beat_ns_ = -never / 2;
         beats_ = 0;
-        refused_ns_ = 0;
+        refused_since_ns_ = never;
     }
     void exchanged(const exchange &seen) override {
         if (lag_ns_ == never) return;
@@ -64,17 +64,16 @@ class evidence_invariant : public invariant {
         const time_ns period_ns = facts.period_us * us;
         if (seen.function == 3 || seen.sent < newest_ns_) return;
         const bool follows = seen.sent - std::exchange(newest_ns_, seen.sent) < 2 * period_ns;
-        if (!follows || seen.duration == never) refused_ns_ = 0;
+        if (!follows || seen.duration == never) refused_since_ns_ = never;
         if (seen.exception != 0) {
-            if (refused_ns_ == 0) first_refused_ns_ = seen.sent;
-            refused_ns_ = seen.sent - first_refused_ns_ + 1;
+            refused_since_ns_ = std::min(refused_since_ns_, seen.sent);
             return;
         }
-        if (refused_ns_ > most_refused + 10 * period_ns + lag_ns_ &&
+        const time_ns since_ns = std::exchange(refused_since_ns_, never);
+        if (since_ns != never && seen.sent - since_ns > most_refused + 10 * period_ns + lag_ns_ &&
             block_of(of_.author_of(seen), seen).mode == fakeplc::box_mode::active)
-            violated(
-                fmt::format("ACTIVE behind writes that were refused for {} ms", refused_ns_ / ms));
-        refused_ns_ = 0;
+            violated(fmt::format("ACTIVE behind writes that were refused for {} ms",
+                                 (seen.sent - since_ns) / ms));
     }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
@@ -90,8 +89,8 @@ class evidence_invariant : public invariant {
     }
 
     static constexpr time_ns most_refused = 3 * second;
-    time_ns newest_ns_ = 0;                          // the newest write
-    time_ns refused_ns_ = 0, first_refused_ns_ = 0;  // how long each one has been refused, since
+    time_ns newest_ns_ = 0;             // the newest write
+    time_ns refused_since_ns_ = never;  // the first of those in a row; never: the newest was taken
     time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
     time_ns calm_ns_ = -never / 2;  // without an alarm of the NC
     std::uint16_t beat_ = 0;

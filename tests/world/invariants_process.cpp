@@ -16,7 +16,8 @@ namespace compbox::world {
 namespace {
 
 // The daemon ends as it was asked to: by an assertion never, with 0 exactly where the PLC confirmed
-// STOPPED and all files are complete.
+// STOPPED and all files are complete; state and events are then on the disk. It refuses to start
+// only with a fault that may spoil a file or a call.
 class exit_invariant : public invariant {
   public:
     explicit exit_invariant(run &of) : invariant(of, "exit") {}
@@ -203,7 +204,7 @@ class fresh_invariant : public invariant {
     }
 
   private:
-    static constexpr time_ns most = 20 * second;  // every 10 s, 5 s, 0.2 s
+    static constexpr time_ns most = 20 * second;  // the box: state every 10 s, statistics 5 s
     bool judged_;
     std::map<std::string, time_ns> written_ns_;
 };

@@ -26,9 +26,6 @@ class reference_invariant : public invariant {
     explicit reference_invariant(run &of) : invariant(of, "reference") {
         if (!hides_exchanges(of)) box_.emplace(of.box_machine);
         samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
-        heart_beats_ = !draws_any(of, {fault_kind::plc_stop, fault_kind::boundary});
-        loses_replies_ = draws_any(of, {fault_kind::loss, fault_kind::mute, fault_kind::reset,
-                                        fault_kind::delay, fault_kind::exception});
         measurements_arrive_ = samples_arrive_ && hears_measurements(of);
     }
     void started() override {
@@ -49,12 +46,9 @@ class reference_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (seen.duration == never || seen.exception != 0) {
-            open_until_ns_ = settled_behind(facts, seen, lost_ns_);
-            lost_ns_ = seen.sent;
-        }
+        if (seen.duration == never || seen.exception != 0)
+            open_until_ns_ = settled_behind(facts, seen);
         if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
-        if (!seen.written.empty() && loses_replies_) judge_progress(facts, seen);
         if (seen.duration == never) return;
         if (seen.function != 16) replied_ns_ = seen.now + seen.duration;
         if (!is_reading(facts, seen)) return;
@@ -74,11 +68,9 @@ class reference_invariant : public invariant {
     };
 
     // Behind a write that may have an effect or not, and behind a silence, the box allows for both
-    // for a while (docs/decisions/0003-what-the-plc-may-hold.md): one that stands alone for less.
-    time_ns settled_behind(const machine &facts, const exchange &seen, time_ns before) const {
-        const time_ns late_ns = (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
-        const bool alone = heart_beats_ && seen.sent - before > 6 * late_ns;
-        return seen.sent + (alone ? late_ns + 8 * facts.period_us * us : 4 * late_ns);
+    // for a while (docs/decisions/0003-what-the-plc-may-hold.md).
+    static time_ns settled_behind(const machine &facts, const exchange &seen) {
+        return seen.sent + 4 * (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
     }
 
     void follow(const machine &facts, const written_block &block, const exchange &seen) {
@@ -91,7 +83,7 @@ class reference_invariant : public invariant {
             2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
         steady_ = follows ? steady_ + 1 : 0;
         if (std::exchange(silent_, false) || (sent_ns_ > 0 && 2 * gap_ns >= 3 * period_ns))
-            open_until_ns_ = settled_behind(facts, seen, seen.sent);
+            open_until_ns_ = settled_behind(facts, seen);
         // The box steps behind a reading: before it sends FC16, behind the reply to FC23.
         const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
         elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
@@ -128,50 +120,6 @@ class reference_invariant : public invariant {
                 judge_arrival(facts.channels[c], targets[c], before_.um[c], block.um[c]);
             else if (!other)
                 judge_way(facts, c, targets[c], block.um[c]);
-        }
-    }
-
-    // Replies that are lost hold an output back for two turns at most, then it moves on
-    // (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed.
-    void judge_progress(const machine &facts, const exchange &seen) {
-        using namespace box_reason;
-        const written_block &block = block_of(facts, seen);
-        const time_ns gap_ns = seen.sent - std::exchange(progress_ns_, seen.sent);
-        const time_ns period_ns = facts.period_us * us;
-        const time_ns turn_ns = 2 * (facts.heartbeat_timeout_us * us + 2 * period_ns);
-        const bool runs = block.mode == fakeplc::box_mode::active &&
-                          (block.reason == none || block.reason == degraded ||
-                           block.reason == limited || block.reason == extrapolated) &&
-                          gap_ns < 3 * period_ns;
-        anchors_.resize(facts.channels.size());
-        if (!runs) return anchors_.clear();
-        const bool confirmed = seen.duration != never && seen.exception == 0;
-        bool any_waits = false;
-        for (std::size_t c = 0; c < anchors_.size(); ++c) {
-            const double reach_um =
-                2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
-            anchor &at = anchors_[c];
-            if (std::fabs(block.um[c] - at.um) > 1.2 * reach_um + facts.channels[c].unit_um)
-                at = {block.um[c], 0};
-            if (confirmed) at.waits_ns += gap_ns;
-            any_waits = any_waits || at.waits_ns > 3 * turn_ns;
-        }
-        if (!any_waits || !box_->knows()) return;
-        box_->look(read_ns_);
-        for (std::size_t c = 0; c < anchors_.size(); ++c) {
-            if (anchors_[c].waits_ns <= 3 * turn_ns) continue;
-            const double reach_um =
-                2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
-            const target to = target_of(facts, c);
-            const double far_um = std::fabs(to.um - block.um[c]) - to.near;
-            const bool is_far =
-                far_um > 3 * reach_um + facts.channels[c].deadband_um && !partner_of(facts, c);
-            if (is_far && anchors_[c].was_far)
-                violated(fmt::format(
-                    "{} stays at {} um for {} ms of confirmed writes, its terms "
-                    "want {} um",
-                    facts.channels[c].name, block.um[c], anchors_[c].waits_ns / ms, to.um));
-            anchors_[c] = {block.um[c], 0, is_far};
         }
     }
 
@@ -304,20 +252,8 @@ class reference_invariant : public invariant {
                              way_um, to.um, step));
     }
 
-    // Where an output was when it last moved on, and for how long it has not.
-    struct anchor {
-        double um = 0;
-        time_ns waits_ns = 0;
-        bool was_far = false;  // already when it had waited for as long before
-    };
-    std::vector<anchor> anchors_;  // by channel
-    time_ns progress_ns_ = 0;      // the newest write
-    bool loses_replies_ = false;
-
     std::optional<reference_box> box_;
     bool samples_arrive_ = true, measurements_arrive_ = true;
-    time_ns lost_ns_ = -never / 2;      // the newest request without a reply
-    bool heart_beats_ = false;          // all the time
     bool silent_ = false;               // since the end of another daemon
     int steady_ = 0, readings_ = 0;     // readings since the newest write
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged
@@ -326,10 +262,94 @@ class reference_invariant : public invariant {
     written_block before_;
 };
 
+// Replies that are lost hold an output back for two turns at most, then it moves on
+// (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed.
+class progress_invariant : public invariant {
+  public:
+    explicit progress_invariant(run &of) : invariant(of, "progress") {
+        const bool loses = draws_any(
+            of, {fault_kind::loss, fault_kind::mute, fault_kind::reset, fault_kind::exception});
+        const bool knows =
+            longest_lag(of) == 0 &&
+            !draws_any(of, {fault_kind::hostile, fault_kind::reload, fault_kind::memory,
+                            fault_kind::foreign, fault_kind::wire, fault_kind::line,
+                            fault_kind::tear, fault_kind::partial, fault_kind::stray,
+                            fault_kind::plc_stop, fault_kind::boundary});
+        if (loses && knows) box_.emplace(of.box_machine);
+    }
+    void started() override {
+        if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
+        waits_.clear();
+    }
+    void exchanged(const exchange &seen) override {
+        if (!box_) return;
+        const machine &facts = of_.running_at(seen.sent);
+        if (!seen.written.empty()) judge(facts, seen);
+        if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
+            return;
+        box_->read(facts, seen, seen.sent);
+        read_ns_ = seen.sent;
+    }
+
+  private:
+    // An output that does not move on.
+    struct waiting {
+        double um = 0;
+        time_ns for_ns = 0;    // of confirmed writes
+        bool was_far = false;  // already when it had waited for as long before
+    };
+    static double reach_um(const machine &facts, std::size_t c) {
+        return 2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
+    }
+    void judge(const machine &facts, const exchange &seen) {
+        using namespace box_reason;
+        const written_block &block = block_of(facts, seen);
+        const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
+        const time_ns period_ns = facts.period_us * us;
+        const time_ns longest_ns = 6 * (facts.heartbeat_timeout_us * us + 2 * period_ns);
+        const bool runs = block.mode == fakeplc::box_mode::active &&
+                          (block.reason == none || block.reason == limited ||
+                           block.reason == degraded || block.reason == extrapolated) &&
+                          gap_ns < 3 * period_ns;
+        if (!runs) return waits_.clear();
+        waits_.resize(facts.channels.size());
+        for (std::size_t c = 0; c < waits_.size(); ++c) {
+            const double way_um = std::fabs(block.um[c] - waits_[c].um);
+            if (way_um > 1.2 * reach_um(facts, c) + facts.channels[c].unit_um)
+                waits_[c] = {block.um[c], 0, false};
+            if (seen.duration != never) waits_[c].for_ns += gap_ns;
+            if (waits_[c].for_ns > longest_ns) judge_waiting(facts, block, c);
+        }
+    }
+    // Where a target moves there and back an output may be near it now and then.
+    void judge_waiting(const machine &facts, const written_block &block, std::size_t c) {
+        const bool is_pair = std::any_of(
+            facts.pairs.begin(), facts.pairs.end(),
+            [c](const pair_facts &pair) { return pair.first == c || pair.second == c; });
+        const channel_facts &channel = facts.channels[c];
+        box_->look(read_ns_);
+        const judged_number want = box_->judged_um(c);
+        const double to_um = std::clamp(want.value, -channel.limit_um, channel.limit_um);
+        const double far_um = std::fabs(to_um - block.um[c]) - want.near - channel.deadband_um;
+        const bool is_far = !is_pair && box_->knows() && far_um > 3 * reach_um(facts, c);
+        if (is_far && waits_[c].was_far)
+            violated(
+                fmt::format("{} stays at {} um for {} ms of confirmed writes, its terms want "
+                            "{} um",
+                            channel.name, block.um[c], waits_[c].for_ns / ms, to_um));
+        waits_[c] = {block.um[c], 0, is_far};
+    }
+
+    std::optional<reference_box> box_;
+    std::vector<waiting> waits_;  // by channel
+    time_ns sent_ns_ = 0, read_ns_ = 0;
+};
+
 }  // namespace
 
 void add_reference(run &of, invariants &all) {
     all.push_back(std::make_unique<reference_invariant>(of));
+    all.push_back(std::make_unique<progress_invariant>(of));
 }
 
 }  // namespace compbox::world

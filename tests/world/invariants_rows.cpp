@@ -257,7 +257,7 @@ class rows_invariant : public invariant {
             double saved_s = -1, saved_y = 0, saved_u = 0, before_u = 0;
         };
         std::vector<lag> lags;
-        const auto file = nlohmann::json::parse(of_.box_machine.text);
+        const nlohmann::json &file = of_.box_machine.file();
         for (const auto &entry : file.at("signals"))
             if (entry.contains("lag_of"))
                 lags.push_back({entry.at("name"), entry.at("lag_of"), entry.value("power", 1) == 2,
@@ -365,7 +365,7 @@ class rows_invariant : public invariant {
     std::vector<reading> read_, kept_;
 };
 
-// The recorded inputs are what the PLC gave and got (docs/record.md, "--record-inputs"): the
+// The recorded inputs are what the PLC gave and got (docs/compboxd.md, "Inputs to the bit"): the
 // registers of a row are those of a reading, what it wrote came to the PLC, and nothing was written
 // before the first contact.
 class inputs_invariant : public invariant {

@@ -25,7 +25,7 @@ class shown_invariant : public invariant {
   public:
     explicit shown_invariant(run &of)
         : invariant(of, "snapshot"), judged_(!hides_exchanges(of) && longest_lag(of) == 0) {
-        const json file = json::parse(of.box_machine.text);
+        const json &file = of.box_machine.file();
         for (const json &signal : file.at("signals"))
             if (signal.contains("max_rate_per_s")) doubtful_.insert(signal.at("name"));
         for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
@@ -134,7 +134,7 @@ class fading_invariant : public invariant {
           judged_(longest_lag(of) == 0 &&
                   !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
                                   fault_kind::boundary, fault_kind::partial})) {
-        const json root = json::parse(of.box_machine.text);
+        const json &root = of.box_machine.file();
         for (const json &term : root.at("terms")) {
             if (term.at("type") == "adapt") continue;  // stays near its model
             std::set<std::string> inputs;
@@ -161,7 +161,7 @@ class fading_invariant : public invariant {
     }
 
   private:
-    static constexpr time_ns late = second;  // from a snapshot to what it shows, and the next step
+    static constexpr double late_s = 1;  // from a snapshot to what it shows, and the next step
     struct missing_signal {
         time_ns since;
         std::map<std::string, double> at_first;  // outputs of terms
@@ -187,22 +187,16 @@ class fading_invariant : public invariant {
             if (found == missing_.end()) continue;
             const double first =
                 std::fabs(found->second.at_first.emplace(term, value).first->second);
-            const double faded_s =
-                1e-9 * static_cast<double>(of_.time.now() - found->second.since - late);
-            const double most = std::max(first - 0.9 * ramp() * std::max(faded_s, 0.0), 0.0);
+            const double missing_s =
+                1e-9 * static_cast<double>(of_.time.now() - found->second.since);
+            const double faded_s = std::max(missing_s - late_s, 0.0);
+            const double most =
+                std::max(first - 0.9 * of_.box_machine.ramp_um_per_s * faded_s, 0.0);
             if (std::fabs(value) > most + 1e-3 + 1e-3 * first)
                 violated(fmt::format("{} is {}, and its input {} has been missing for {} s", term,
-                                     value, input, faded_s));
+                                     value, input, missing_s));
         }
     }
-    // A ceiling may lower it.
-    double ramp() const {
-        double most = of_.box_machine.ramp_um_per_s;
-        for (const channel_facts &channel : of_.box_machine.channels)
-            if (channel.lowered) most = std::min(most, channel.slew_um_per_s);
-        return most;
-    }
-
     bool judged_;
     std::map<std::string, std::set<std::string>> inputs_;  // of outputs of terms
     std::map<std::string, missing_signal> missing_;

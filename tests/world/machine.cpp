@@ -474,6 +474,15 @@ struct draft {
         }
     }
 
+    // Likewise: temperatures of most machines hardly move within a run. Some show what lags and
+    // models make of those that do.
+    void draw_wandering() {
+        dice own(made.twin.seed, "wandering");
+        if (!own.one_in(3)) return;
+        made.models_fade = true;
+        made.wanders_k = own.log_between(0.1, 2);
+    }
+
     // Likewise: a cold hall, with temperatures on both sides of zero and far from all training.
     void draw_cold() {
         dice own(made.twin.seed, "cold");
@@ -908,6 +917,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.close_blocks(chance.one_in(2), counters);
     file.draw_control();
     file.draw_slow_channels();
+    file.draw_wandering();
     file.draw_cold();
     file.draw_probe();
     file.draw_narrow_ranges();
@@ -978,6 +988,11 @@ pair_facts facts_of_pair(const machine &of, const json &entry) {
 
 }  // namespace
 
+const nlohmann::json &machine::file() const {
+    if (!parsed) parsed = std::make_shared<nlohmann::json>(nlohmann::json::parse(text));
+    return *parsed;
+}
+
 const signal_facts *machine::signal(const std::string &name) const {
     for (const signal_facts &one : signals) {
         if (one.name == name) return &one;
@@ -990,6 +1005,7 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
     try {
         const json root = json::parse(text);
         made.text = text;
+        made.parsed.reset();
         made.revision = root.value("revision", 0u);
         made.map = fakeplc::register_map_of(root, "coefficients.json");
         made.channels.clear();

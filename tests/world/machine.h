@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -42,6 +44,9 @@ constexpr int first_module = 5;  // unit of the first one on the bus
 
 struct machine {
     std::string text;  // of the coefficient file
+    // out: what it has, parsed once
+    const nlohmann::json &file() const;
+    mutable std::shared_ptr<const nlohmann::json> parsed = nullptr;  // null: not yet
     fakeplc::register_map map;
     fakeplc::plc_profile profile;
     twin::twin_config twin;
@@ -58,9 +63,11 @@ struct machine {
     std::vector<signal_facts> signals;  // by facts_of() alone
     // out: nullptr if there is none of that name
     const signal_facts *signal(const std::string &name) const;
-    std::string plc_device;            // of a serial line to the PLC; "": TCP
-    bool is_measured = false;          // by hand
-    bool is_cold = false;              // its hall: temperatures about zero
+    std::string plc_device;    // of a serial line to the PLC; "": TCP
+    bool is_measured = false;  // by hand
+    bool is_cold = false;      // its hall: temperatures about zero
+    static constexpr double calm_k = 0.05;
+    double wanders_k = calm_k;         // a temperature of the PLC, in half a second, at most
     bool changes_lags = false;         // other files have other time constants
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
     std::vector<can_node> nodes;

@@ -10,7 +10,6 @@ namespace compbox::world {
 namespace {
 
 constexpr time_ns operator_period = 500 * ms;
-constexpr double calm_wander = 0.05;           // K, of a temperature between two looks
 constexpr unsigned alarm_bit = 1u << 15;       // of the handshake register
 constexpr time_ns longest_idle = 20 * second;  // of a connection, when another one needs its place
 
@@ -21,20 +20,12 @@ time_ns lateness(const machine &of, std::uint64_t seed) {
     return chance.time_between(100 * ms, second - 4 * of.period_us * us - 30 * ms);
 }
 
-// Temperatures of most machines hardly move within a run. Some show what lags and models make of
-// those that do.
-double wandering(std::uint64_t seed) {
-    dice own(seed, "wandering");
-    return own.one_in(3) ? own.log_between(0.1, 2) : calm_wander;
-}
-
 }  // namespace
 
 plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
     : control(of.twin, of.map, of.profile, net.box.time.now() / us),
       permits_resume(!dice(seed, "permit resume").one_in(3)),
       applies_late_ns(lateness(of, seed)),
-      wanders_k(wandering(seed)),
       machine_(of),
       net_(net),
       chance_(seed, "plc side"),
@@ -153,7 +144,7 @@ void plc_side::move_axes() {
     for (auto &temperature : temperatures_) {
         const bool rated = std::find(machine_.rated.begin(), machine_.rated.end(),
                                      temperature.first) != machine_.rated.end();
-        const double most = rated ? calm_wander : wanders_k;  // within the rate of its file
+        const double most = rated ? machine::calm_k : machine_.wanders_k;  // within its rate
         temperature.second =
             std::clamp(temperature.second + chance_.between(-most, most), coldest, 45.0);
         control.force_signal(temperature.first, temperature.second);
@@ -354,9 +345,9 @@ time_ns plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_s
     if (done.reply.empty()) return never;
     const fakeplc::byte_string whole = fakeplc::modbus::frame(frame, done.reply);
     const std::string bytes(whole.begin(), whole.end());
-    // A copy of the reply before, which comes when the next one is awaited.
-    std::string &copy = copies_[{from->number, request[0]}];
-    if (!copy.empty()) from->send(std::exchange(copy, ""), done.duration / 3);
+    // What is sent may end the connection, and with it the client.
+    const std::string copy = std::exchange(clients_[from->number].copies[request[0]], "");
+    if (!copy.empty()) from->send(copy, done.duration / 3);
     if (done.stray != stray_reply::none)
         from->send(stray_frame(frame, done.reply, done.stray), done.duration / 2);
     const time_ns settled_ns =
@@ -366,8 +357,9 @@ time_ns plc_side::answer_frame(const connection_ptr &from, const fakeplc::byte_s
     if (!done.twice) return settled_ns;
     // Sent then: on its way from now on it would hold back the replies behind it.
     const time_ns period_ns = machine_.period_us * us;
-    if (late_copies_.one_in(2)) {
-        copy = bytes;
+    const auto who = clients_.find(from->number);
+    if (late_copies_.one_in(2) && who != clients_.end()) {
+        who->second.copies[request[0]] = bytes;
         return settled_ns;
     }
     const time_ns pause = done.duration + chance_.time_between(0, 2 * period_ns);

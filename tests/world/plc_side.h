@@ -8,7 +8,6 @@
 #include <functional>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "host-tools/fakeplc/plc.h"
@@ -77,8 +76,7 @@ class plc_side : public tcp_peer {
     bool has_followed(time_ns since_idle) const {
         return applies_late_ns == 0 || since_idle > 3 * second;
     }
-    const double wanders_k;  // a temperature, in half a second, at most
-    bool nc_alarm = false;   // readings show an alarm of the NC, with enable on
+    bool nc_alarm = false;  // readings show an alarm of the NC, with enable on
     // Readings show these words from an address on; none: the true ones again.
     void show(int address, const std::vector<std::uint16_t> &words);
     time_ns foreign_write_ns = -never;  // when another client wrote last
@@ -140,9 +138,10 @@ class plc_side : public tcp_peer {
         time_ns heard_ns;
         bool asked = false;
         time_ns settled_ns = 0;  // the reply to the newest request is sent then
+        // Of a reply, by function: they come when the next one is awaited.
+        std::map<int, std::string> copies = {};
     };
     std::map<int, client> clients_;
-    std::map<std::pair<int, int>, std::string> copies_;  // of a reply, by connection and function
     int connections_made_ = 0;
     bool stopped_ = false, put_right_ = false;
     int waits_ = 0;        // looks of the operator at a box that waits for permission …

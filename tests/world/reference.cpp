@@ -149,7 +149,7 @@ double bspline_at(const numbers &knots, std::size_t degree, const numbers &point
 // ---- the file
 
 reference_box::reference_box(const machine &of) : period_ns_(of.period_us * us) {
-    const json root = json::parse(of.text);
+    const json &root = of.file();
     const json &cycle = root.at("cycle"), &plc = root.at("plc");
     const double line_s = 1e-3 * plc.value("interpolate_ms", 0.0);
     const json lead = cycle.value("lead_ms", json(0));

@@ -104,16 +104,16 @@ class run {
     static constexpr const char *inputs_path = "/run/inputs";
     static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
-    static constexpr std::size_t blackbox_files = 99;          // at most (docs/record.md)
+    static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
+    static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
+    static constexpr std::size_t old_record_bytes = 95000;
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
     bool keeps_events() const { return options.seed % 2 == 1; }
-    // Whether all records together have at most 1 MB.
     bool keeps_record() const;
     bool keeps_snapshot() const;
     bool keeps_slow_snapshot() const { return options.seed % 6 == 1; }  // one a second
     bool keeps_inputs() const;
-    static constexpr int old_records = 7;
-    static constexpr std::size_t old_record_bytes = 95000;
+    // Whether all records together have at most 1 MB.
     bool limits_records() const { return options.seed % 8 == 0; }
 
     // ---- for invariants

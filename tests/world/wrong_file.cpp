@@ -27,6 +27,11 @@ json *lag_of(json &root) {
     return nullptr;
 }
 
+// out: whether a signal or channel has a number of two registers
+bool is_wide(const json &entry) {
+    return entry["type"].get<std::string>().find("16") == std::string::npos;
+}
+
 // out: whether there is something to change
 template <typename change>
 bool changes(json *found, change made) {
@@ -61,14 +66,13 @@ const mistake mistakes[] = {
                 signal["plc"] = (*wide)["plc"].get<int>() + 1;
                 return true;
             }
-            if (signal["type"].get<std::string>().rfind("int16", 0) != 0) wide = &signal;
+            if (is_wide(signal)) wide = &signal;
         }
         return false;
     },
     [](json &root) {
         json &channels = root["channels"];
-        const bool is_wide = channels[0]["type"].get<std::string>().rfind("int16", 0) != 0;
-        if (channels.size() < 2 || !is_wide) return false;
+        if (channels.size() < 2 || !is_wide(channels[0])) return false;
         channels[1]["plc"] = channels[0]["plc"].get<int>() + 1;
         return true;
     },
