@@ -37,14 +37,14 @@ std::vector<fault_kind> rich_kinds(const machine &of) {
     std::vector<fault_kind> kinds = {
         fault_kind::sensors,   fault_kind::reload,   fault_kind::enable, fault_kind::loss,
         fault_kind::restart,   fault_kind::plc_stop, fault_kind::memory, fault_kind::disk,
-        fault_kind::exception, fault_kind::hostile};
+        fault_kind::exception, fault_kind::hostile,  fault_kind::mute,   fault_kind::foreign};
     const auto add = [&kinds](fault_kind kind, bool has, std::size_t times) {
         kinds.insert(kinds.end(), has ? times : 0, kind);
     };
     add(fault_kind::can, !of.nodes.empty(), 4);
     add(fault_kind::line, !of.plc_device.empty(), 2);
     add(fault_kind::line, !of.modules.empty(), 2);
-    add(fault_kind::foreign, !of.pairs.empty(), 2);
+    add(fault_kind::foreign, !of.pairs.empty(), 1);
     add(fault_kind::sensors, !of.redundant.empty(), 2);
     add(fault_kind::sensors, of.twin.signals.size() > 2, 2);
     return kinds;

@@ -96,8 +96,7 @@ class reference_invariant : public invariant {
 
     void judge(const machine &facts, const written_block &block) {
         box_->look(read_ns_);
-        if (block.reason == box_reason::none || block.reason == box_reason::extrapolated)
-            judge_slopes(facts, block);
+        judge_slopes(facts, block);
         const std::string *const beyond = box_->beyond_training();
         if (beyond != nullptr &&
             (block.reason == box_reason::none || block.reason == box_reason::drifted))
@@ -124,7 +123,7 @@ class reference_invariant : public invariant {
     }
 
     // The slope of a channel with `tangent` is that of its terms where they were evaluated, as far
-    // as its own rate allows, unless the channel is at its limit.
+    // as its own rate allows, and 0 beyond the channel's limit.
     void judge_slopes(const machine &facts, const written_block &block) {
         if (++slopes_ % 4 != 0) return;
         for (std::size_t c = 0; c < facts.channels.size(); ++c) {
@@ -143,9 +142,10 @@ class reference_invariant : public invariant {
     }
     void judge_slope(const channel_facts &channel, const judged_number &want,
                      const judged_number &slope, double was, double is) {
-        if (std::isnan(slope.value) || std::fabs(want.value) + want.near >= channel.limit_um)
-            return;
-        const double to = std::clamp(1e-3 * slope.value, -channel.slope_limit, channel.slope_limit);
+        const double beyond_um = std::fabs(want.value) - channel.limit_um;
+        if (std::isnan(slope.value) || std::fabs(beyond_um) <= want.near) return;
+        const double most = beyond_um > 0 ? 0 : channel.slope_limit;
+        const double to = std::clamp(1e-3 * slope.value, -most, most);
         const double near = 1e-3 * slope.near + 2 * channel.slope_unit;
         if (std::fabs(to - was) + near > 0.97 * elapsed_s_ * channel.slope_slew_per_s) return;
         if (std::fabs(is - to) > near)

@@ -453,7 +453,8 @@ struct draft {
             json entry =
                 channel(name, channel_type(), rounded(chance.log_between(largest / 25, largest)));
             if (!chance.one_in(3)) add_applied(entry);
-            if (counters && !is("fanuc") && chance.one_in(2)) add_tangent(entry, name);
+            const bool follows = counters && !is("fanuc");
+            if (follows && !chance.one_in(4)) add_tangent(entry, name);
             root["channels"].push_back(entry);
         }
         if (chance.one_in(2)) draw_pair();
@@ -534,7 +535,7 @@ struct draft {
     void draw_narrow_ranges() {
         dice own(made.twin.seed, "narrow ranges");
         for (auto &term : root["terms"]) {
-            if (term["type"] != "bpnet" || !own.one_in(4)) continue;
+            if (term["type"] != "bpnet" || !own.one_in(3)) continue;
             made.models_fade = true;
             const double travel = travel_of(term["inputs"][0]);
             term["input_min"] = {rounded(0.3 * travel), rounded(own.between(15, 22))};
@@ -654,13 +655,32 @@ struct draft {
             const std::string other = own.one_in(2) ? own.one_of(made.temperatures)
                                                     : own.one_of(wired_or(made.temperatures));
             if (other == bank["inputs"][0] || bank.contains("input_min")) continue;
-            const bool before = own.one_in(2);
-            bank["inputs"].insert(before ? bank["inputs"].begin() : bank["inputs"].end(), other);
-            bank["powers"][other] = {1};
-            for (json &row : bank["weights"])
-                for (std::size_t i = 0; i < bank["tau_s"].size(); ++i)
-                    row.insert(before ? row.begin() : row.end(), rounded(own.between(-0.3, 0.3)));
+            if (own.one_in(3) && parts_of_terms().count(term["name"]) == 0)
+                widen_bank_by_axis(bank, own.one_of(axis_signals()), own);
+            else
+                widen_bank(bank, other, {rounded(own.between(-0.3, 0.3))}, own.one_in(2));
         }
+    }
+    // Its slope has a part of each power.
+    void widen_bank_by_axis(json &bank, const std::string &axis, dice &own) const {
+        const double travel = travel_of(axis);
+        widen_bank(
+            bank, axis,
+            {rounded(own.between(-5, 5) / travel), rounded(own.between(-5, 5) / (travel * travel))},
+            own.one_in(2));
+    }
+    // in : a weight for each power from 1 on, the same for each time constant
+    static void widen_bank(json &bank, const std::string &input, const std::vector<double> &weights,
+                           bool before) {
+        bank["inputs"].insert(before ? bank["inputs"].begin() : bank["inputs"].end(), input);
+        json columns;
+        for (std::size_t power = 1; power <= weights.size(); ++power) {
+            bank["powers"][input].push_back(power);
+            for (std::size_t i = 0; i < bank["tau_s"].size(); ++i)
+                columns.push_back(weights[power - 1]);
+        }
+        for (json &row : bank["weights"])
+            row.insert(before ? row.begin() : row.end(), columns.begin(), columns.end());
     }
     // Terms that another term uses: for a product, where the output is µm/mm, or to adapt it.
     std::set<std::string> parts_of_terms() const {

@@ -1303,4 +1303,133 @@ DEFECTS_BY_OTHERS = [
       "    start_bus(daemon, now_us);\n"
       "    cb_hand_follow(&daemon->hand, config_now(daemon));\n",
       "    start_bus(daemon, now_us);\n")),
+    ("other-quarters-upward",
+     "The quarters of sent values are shifted in ascending order, so the newest one overwrites all older "
+     "ones and a value that the NC took over late counts as not sent: UNAPPLIED in a sound machine.",
+     (BOX + "applied.c",
+      "    for (unsigned k = CB_SENT_SLOTS - 1; k > 0; --k) {\n",
+      "    for (unsigned k = 1; k < CB_SENT_SLOTS; ++k) {\n")),
+    ("other-late-time-once",
+     "The time of late writes starts with the first unanswered write only, so a later unanswered value "
+     "leaves the interval of possible values too early and rule (B) is broken.",
+     (BOX + "limiter.c",
+      "        state->turn_us = 2u * late_us;\n"
+      "    }\n",
+      "        state->turn_us = 2u * late_us;\n"
+      "        state->late_us = late_us;\n"
+      "    }\n"),
+     (BOX + "limiter.c",
+      "    state->late_max_um = cb_max(state->late_max_um, sent_um);\n"
+      "    state->late_us = late_us;\n",
+      "    state->late_max_um = cb_max(state->late_max_um, sent_um);\n")),
+    ("other-fault-permission",
+     "FAULT no longer keeps the need of a permission, so an enable that rises during the fault clears it, "
+     "and after the reset the outputs move without a new permission.",
+     (BOX + "mode.c",
+      "    state->lost = true;\n"
+      "    if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);\n"
+      "    if (gone",
+      "    if (may_end(e)) return wait_in(CB_MODE_STOPPED, state, e);\n"
+      "    if (gone")),
+    ("other-slope-until-error",
+     "The slope goes to zero only beyond error_um instead of limit_um, so the PLC extrapolates an output "
+     "that stands at its limit beyond the limit.",
+     (BOX + "tangent.c",
+      "    if (!(cb_abs(wanted_um) <= channel->limit_um)) return 0.0f;\n",
+      "    if (!(cb_abs(wanted_um) <= channel->error_um)) return 0.0f;\n")),
+    ("other-probe-unknown-output",
+     "A measurement is comparable if the contact is known OR the possible values are close, so it is "
+     "corrected by an output that the PLC may not have and the model learns from it.",
+     (BOX + "probes.c",
+      "known && apart_um <= sigma_um};\n",
+      "known || apart_um <= sigma_um};\n")),
+    ("other-window-of-standstill",
+     "The window of the heartbeat count is emptied only when there were beats, so the first beat after a "
+     "stop of the PLC's program gives its whole standstill as update time and the lead is far too long.",
+     (SIGNALS + "lead.c",
+      "    if (state->beats > 0)\n"
+      "        state->update_us = filtered(state->update_us, state->window_us / state->beats);\n"
+      "    state->beats = state->window_us = 0;\n",
+      "    if (state->beats > 0) {\n"
+      "        state->update_us = filtered(state->update_us, state->window_us / state->beats);\n"
+      "        state->beats = state->window_us = 0;\n"
+      "    }\n")),
+    ("other-bus-backoff-endless",
+     "The pause of a silent module doubles without an end, so a thermometer that was unplugged for an hour "
+     "is not read again for another hour.",
+     (SIGNALS + "bus_turns.c",
+      "        if (turn->silent < CB_BUS_BACKOFF_MAX) ++turn->silent;\n",
+      "        if (turn->silent < 31) ++turn->silent;\n")),
+    ("other-node-lost-once",
+     "A heartbeat does not end the loss of a CANopen node, so a second loss of it is neither noticed nor "
+     "counted and its state stays that of the last heartbeat.",
+     (SIGNALS + "canopen.c",
+      "    node->waits = true;\n"
+      "    node->lost = false;\n",
+      "    node->waits = true;\n")),
+    ("other-one-doubt-more",
+     "The bound of a third of the sensors counts only those doubted so far, so one sensor more than "
+     "permitted is doubted and the majority may be judged by the minority.",
+     (SIGNALS + "sensors.c",
+      "    if (!wrong || 3u * (doubts(state) + 1u) > count) return;\n",
+      "    if (!wrong || 3u * doubts(state) >= count) return;\n")),
+    ("other-agrees-with-first",
+     "A probe is compared with the first pending innovation instead of the newest one, so two equal probes "
+     "after a wrong one do not confirm each other and a changed machine is learned late and by the median.",
+     ("models/adapt.c",
+      "    const float off = innovation_um - state->pending_um[state->pending - 1];\n",
+      "    const float off = innovation_um - state->pending_um[0];\n")),
+    ("other-fade-slope-sign",
+     "The slope of a model's fading weight has the wrong sign on both sides of the training range, so the "
+     "tangent that the PLC follows leans the wrong way there.",
+     ("models/training_range.c",
+      "    const float slope = above > below ? -range->inverse_fade : range->inverse_fade;\n",
+      "    const float slope = above > below ? range->inverse_fade : -range->inverse_fade;\n")),
+    ("other-one-weight-for-powers",
+     "The slope of columns without a lag does not go on to the weights of the next power, so the tangent "
+     "of a model with x and x^2 uses the weight of x for both.",
+     ("firmware/terms/columns.c",
+      "        for (unsigned k = 0; k < term->outputs; ++k) slope[k] += of_power[k * columns] * rate;\n"
+      "        of_power += bank->taus_count;\n",
+      "        for (unsigned k = 0; k < term->outputs; ++k) slope[k] += of_power[k * columns] * rate;\n")),
+    ("other-partial-place",
+     "A pass of sigma that a stale input breaks off counts as whole, so a partial sum becomes the place of "
+     "the model's state and sigma and the adaptation by probes are wrong.",
+     ("firmware/terms/sigma.c",
+      "        end_bank(config, state, false);\n",
+      "        end_bank(config, state, true);\n")),
+    ("other-slew-of-whole-step",
+     "The rate of a control with a largest step is computed from the whole step and not one unit less, so "
+     "outputs a window apart may differ by one unit more than the NC accepts.",
+     ("firmware/config/profile.c",
+      "(float)(config->plc.step_units - 1u) * channel->scale;\n",
+      "(float)config->plc.step_units * channel->scale;\n")),
+    ("other-slope-positive",
+     "A slope does not take over the sign of its channel, so on a channel with sign -1 the PLC corrects by "
+     "the slope in the wrong direction.",
+     ("firmware/load/tangent.c",
+      "    slope->sign = channel->sign;\n",
+      "    slope->sign = 1;\n")),
+    ("other-refusal-never-certain",
+     "The request is counted before it is asked whether it was the only one, so on RTU no refusal is ever "
+     "certain and a PLC that refuses writes never leads to the fault that says so.",
+     ("firmware/wire/rtu_dialog.c",
+      "    const bool certain = dialog->requests == 0 && !dialog->probed_twice;\n"
+      "    ++dialog->requests;\n",
+      "    ++dialog->requests;\n"
+      "    const bool certain = dialog->requests == 0 && !dialog->probed_twice;\n")),
+    ("other-stray-on-bus",
+     "Bytes of a frame that nobody requested end the turn of a module also on the bus of thermometers, "
+     "where nothing repeats it, so each stray frame makes a module miss its turn and back off.",
+     (LINUX + "rtu.c",
+      "    if (silence == CB_RTU_END_STRAY && rtu->has_dialog && what == CB_RTU_SEND_REQUEST)\n"
+      "        return silence;\n",
+      "    if (silence == CB_RTU_END_STRAY && what == CB_RTU_SEND_REQUEST) return silence;\n")),
+    ("other-fed-without-cycles",
+     "The number of cycles at the last feed is not kept, so both watchdogs are fed although the loop "
+     "hangs, and nothing resets the machine.",
+     (DAEMON + "supervise.c",
+      "    *fed_steps = steps;\n"
+      "    *fed_us = now_us;\n",
+      "    *fed_us = now_us;\n")),
 ]

@@ -95,7 +95,7 @@ const edge edges[] = {
     {"status", 311843, 20000, "exception,partial",
      to_config([](cb_config &config) { config.hold_us = 60000000; })},
     // Torn readings have no reply; a refused probe of a serial line is in a write's place.
-    {"statistics", 4, 6000, "exception,enable,mute",
+    {"statistics", 14, 6000, "exception,enable,mute",
      [](cb_loop &loop) { loop.box->counters.reads_torn = 0; }},
     // A refusal behind two probes of a serial line is uncertain.
     {"counters", 6000814, 20000, "exception",
