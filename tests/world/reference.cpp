@@ -379,13 +379,14 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
     for (const volumetric::part &one : made.parts) errors.push_back(outputs_.at(one.error));
     const std::size_t tool = made.tool.empty() ? 0 : place_of(made.tool);
     return [made, along, places, errors, tool](const values &at) {
+        const double tool_mm = made.tool.empty() ? 0 : at[tool];
         numbers found;
         for (const function &error : errors) found.push_back(error(at));
-        // With one of them missing the box has none of its outputs.
-        if (std::any_of(found.begin(), found.end(), [](double um) { return std::isnan(um); }))
+        // With one of them missing, or the tool length, the box has none of its outputs.
+        if (std::isnan(tool_mm) ||
+            std::any_of(found.begin(), found.end(), [](double um) { return std::isnan(um); }))
             return unknown;
-        return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found,
-                       made.tool.empty() ? 0 : at[tool]);
+        return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found, tool_mm);
     };
 }
 

@@ -258,7 +258,7 @@ void run::connect_wires() {
                                  before.settled,
                                  is_probe(before.frame) && !before.refused,
                                  is_probe(now),
-                                 before.damaged && before.frame[1] == 3,
+                                 before.damaged && is_of_read_block(before.frame),
                                  now == before.frame};
             each([&](invariant &one) {
                 one.asked(asked);
@@ -309,6 +309,11 @@ bool run::is_probe(const fakeplc::byte_string &frame) const {
     const int count = frame[4] << 8 | frame[5];
     const fakeplc::register_map &map = running().map;
     return count <= most && count != map.read.count && count != map.write.count;
+}
+
+// A look back, which comes where the exchange leaves room, is not repeated.
+bool run::is_of_read_block(const fakeplc::byte_string &frame) const {
+    return frame[1] == 3 && (frame[2] << 8 | frame[3]) == running().map.read.start;
 }
 
 // The names and units of machine.cpp: B1 is the first module, in 0.1 degC.

@@ -138,6 +138,7 @@ class run {
   private:
     void connect_wires();
     bool is_probe(const fakeplc::byte_string &frame) const;
+    bool is_of_read_block(const fakeplc::byte_string &frame) const;
     void wander_modules();
     void fill_blackbox();
     void fill_events();
