@@ -139,6 +139,12 @@ bool hears_measurements(const run &of) {
                            fault_kind::boundary, fault_kind::reader, fault_kind::hostile});
 }
 
+bool is_steady(const run &of) {
+    return longest_lag(of) == 0 &&
+           !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
+                           fault_kind::partial, fault_kind::boundary});
+}
+
 time_ns longest_lag(const run &of) {
     if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
     return draws_any(of, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,

@@ -82,6 +82,8 @@ bool draws(const run &of, fault_kind kind);
 bool draws_any(const run &of, std::initializer_list<fault_kind> kinds);
 // Whether faults leave unknown which readings, files and time a box has.
 bool hides_exchanges(const run &of);
+// Whether a box makes each of its steps in time, with the one file that the machine began with.
+bool is_steady(const run &of);
 // Whether a measurement by hand comes to the box in time: the thread that looks for one waits for
 // disks, and asks the wall clock.
 bool hears_measurements(const run &of);

@@ -333,7 +333,8 @@ bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
     return is_read_back(request) && of_.time.now() < no_read_backs_until_;
 }
 
-// Other values in a right form would count, but not the echo of a write to other registers.
+// Other values in a right form would count, but not the echo of a write to other registers, nor a
+// reading that contradicts its own number of bytes.
 stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
     static const std::vector<stray_reply> of_any = {stray_reply::other_unit,
                                                     stray_reply::other_function,

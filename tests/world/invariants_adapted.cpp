@@ -36,7 +36,6 @@ class adapted_invariant : public invariant {
         const json &root = of.box_machine.file();
         for (const auto &term : root.at("terms"))
             if (term.at("type") == "adapt") adapts_.push_back(term);
-        if (!adapts_.empty()) bias_max_um_ = adapts_[0].at("bias_max_um");
     }
     void shown(const json &snapshot) override {
         if (adapts_.empty()) return;
@@ -87,7 +86,8 @@ class adapted_invariant : public invariant {
         // Zeros until the daemon has given the box its state.
         if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
         // Two filters may come to the same bound.
-        const bool at_bound = std::fabs(filter.first) >= bias_max_um_ * (1 - 1e-6);
+        const double most_um = adapts_[0].at("bias_max_um");
+        const bool at_bound = std::fabs(filter.first) >= most_um * (1 - 1e-6);
         if (at_bound) resumed_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled =
@@ -112,7 +112,6 @@ class adapted_invariant : public invariant {
     }
 
     std::vector<json> adapts_;
-    double bias_max_um_ = 0;
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
@@ -216,8 +215,10 @@ class probes_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!box_) return;
         const machine &facts = of_.box_machine;
-        if (!seen.written.empty()) judge_request(facts, seen);
-        if (!seen.written.empty()) note_write(facts, seen);
+        if (!seen.written.empty()) {
+            judge_request(facts, seen);
+            note_write(facts, seen);
+        }
         if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
             return;
         box_->read(facts, seen, seen.sent);
@@ -275,9 +276,8 @@ class probes_invariant : public invariant {
         newest_ = one;
     }
 
-    // out: the part of a measurement that is the box's own output, µm: what the PLC applies,
-    // without
-    //      `applied` what was written; 0 if the whole error is measured; NaN: not known
+    // out: the part of a measurement that is the box's own output, µm: what the PLC applies, or
+    //      without `applied` what was written; 0: the whole error is measured; NaN: not known
     judged_number own_part(const machine &facts, const exchange &seen) const {
         if (is_whole_) return {0, 0};
         if (facts.channels[0].has_applied) return {applied_in(facts, 0, seen), 0};

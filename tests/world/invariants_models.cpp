@@ -254,13 +254,6 @@ class models_invariant : public invariant {
                                      channel.name, wants_[c]->um, channel.error_um));
         }
     }
-    static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
-        for (const pair_facts &pair : facts.pairs) {
-            if (pair.first == c) return pair.second;
-            if (pair.second == c) return pair.first;
-        }
-        return std::nullopt;
-    }
     // Two motors that want to be too far apart both give way, so their centre stays where the
     // limits let it.
     void compare_pair(const machine &facts, std::size_t c, std::size_t other,

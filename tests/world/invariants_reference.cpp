@@ -202,13 +202,6 @@ class reference_invariant : public invariant {
         a.um -= give;
         b.um += give;
     }
-    static std::optional<std::size_t> partner_of(const machine &facts, std::size_t c) {
-        for (const pair_facts &pair : facts.pairs) {
-            if (pair.first == c) return pair.second;
-            if (pair.second == c) return pair.first;
-        }
-        return std::nullopt;
-    }
     // out: the way of this step, at least. A control with a largest step may have lowered the slew
     // rate
     //      (docs/plc-profiles.md).
@@ -323,15 +316,13 @@ class progress_invariant : public invariant {
     }
     // Where a target moves there and back an output may be near it now and then.
     void judge_waiting(const machine &facts, const written_block &block, std::size_t c) {
-        const bool is_pair = std::any_of(
-            facts.pairs.begin(), facts.pairs.end(),
-            [c](const pair_facts &pair) { return pair.first == c || pair.second == c; });
         const channel_facts &channel = facts.channels[c];
         box_->look(read_ns_);
         const judged_number want = box_->judged_um(c);
         const double to_um = std::clamp(want.value, -channel.limit_um, channel.limit_um);
         const double far_um = std::fabs(to_um - block.um[c]) - want.near - channel.deadband_um;
-        const bool is_far = !is_pair && box_->knows() && far_um > 3 * reach_um(facts, c);
+        const bool is_far =
+            !partner_of(facts, c) && box_->knows() && far_um > 3 * reach_um(facts, c);
         if (is_far && waits_[c].was_far)
             violated(
                 fmt::format("{} stays at {} um for {} ms of confirmed writes, its terms want "

@@ -129,11 +129,7 @@ class shown_invariant : public invariant {
 // not computed by what the input had.
 class fading_invariant : public invariant {
   public:
-    explicit fading_invariant(run &of)
-        : invariant(of, "fading"),
-          judged_(longest_lag(of) == 0 &&
-                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                                  fault_kind::boundary, fault_kind::partial})) {
+    explicit fading_invariant(run &of) : invariant(of, "fading"), judged_(is_steady(of)) {
         const json &root = of.box_machine.file();
         for (const json &term : root.at("terms")) {
             if (term.at("type") == "adapt") continue;  // stays near its model

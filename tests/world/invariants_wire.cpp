@@ -105,14 +105,13 @@ class account_invariant : public invariant {
     void judge_connections() {
         const int made = of_.plc.connections_made() - connections_;
         if (made > 1 && of_.running().fc23 &&
-            !draws_any(of_, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,
-                             fault_kind::stall, fault_kind::suspend}) &&
-            !draws_any(
-                of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear, fault_kind::twice,
-                      fault_kind::exception, fault_kind::refuse, fault_kind::partial,
-                      fault_kind::wire, fault_kind::foreign, fault_kind::plc_stop,
-                      fault_kind::stray, fault_kind::mute, fault_kind::reload, fault_kind::hostile,
-                      fault_kind::memory, fault_kind::boundary}))
+            !draws_any(of_, {fault_kind::delay,     fault_kind::preempt, fault_kind::disk,
+                             fault_kind::stall,     fault_kind::suspend, fault_kind::loss,
+                             fault_kind::reset,     fault_kind::tear,    fault_kind::twice,
+                             fault_kind::exception, fault_kind::refuse,  fault_kind::partial,
+                             fault_kind::wire,      fault_kind::foreign, fault_kind::plc_stop,
+                             fault_kind::stray,     fault_kind::mute,    fault_kind::reload,
+                             fault_kind::hostile,   fault_kind::memory,  fault_kind::boundary}))
             violated(fmt::format("{} connections to a PLC that answers each request", made));
     }
     void judge_tcp(const nlohmann::json &plc, const nlohmann::json &box) {
@@ -154,10 +153,7 @@ class account_invariant : public invariant {
 class pace_invariant : public invariant {
   public:
     explicit pace_invariant(run &of)
-        : invariant(of, "pace"),
-          judged_(!of.box_machine.modules.empty() && longest_lag(of) == 0 &&
-                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::partial,
-                                  fault_kind::memory, fault_kind::boundary})) {
+        : invariant(of, "pace"), judged_(!of.box_machine.modules.empty() && is_steady(of)) {
         if (!judged_) return;
         const nlohmann::json &file = of.box_machine.file();
         every_ns_ = file.at("buses").at(0).at("every_ms").get<time_ns>() * ms;
@@ -201,10 +197,7 @@ class pace_invariant : public invariant {
 class nodes_invariant : public invariant {
   public:
     explicit nodes_invariant(run &of)
-        : invariant(of, "nodes"),
-          judged_(of.can != nullptr && longest_lag(of) == 0 &&
-                  !draws_any(of, {fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                                  fault_kind::partial, fault_kind::boundary})) {}
+        : invariant(of, "nodes"), judged_(of.can != nullptr && is_steady(of)) {}
     void started() override {
         start_ns_ = of_.time.now();
         if (!judged_) return;

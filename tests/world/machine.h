@@ -81,6 +81,9 @@ struct machine {
     std::vector<redundant_sensor> redundant;
 };
 
+// out: the other channel of its pair; nothing: it has none
+std::optional<std::size_t> partner_of(const machine &of, std::size_t channel);
+
 // out: two writes that were sent at once may have outputs of steps so far apart. A write follows
 // its
 //      step within the exchange, four fifths of a period; with FC23 a period later, and an exchange

@@ -376,8 +376,7 @@ bool run::keeps_record() const {
 // libc's streams, which write them, do not repeat what was interrupted.
 bool run::keeps_inputs() const {
     return options.seed % 6 == 2 && options.cycles <= most_recorded &&
-           options.faults.count(fault_kind::partial) + options.faults.count(fault_kind::refuse) ==
-               0;
+           !draws_any(*this, {fault_kind::partial, fault_kind::refuse});
 }
 
 bool run::keeps_snapshot() const {
