@@ -239,7 +239,10 @@ static void read_plc(struct cb_box *box, const struct cb_inputs *in, struct step
     if (!step->read || !was_readable) return;
     const uint16_t beats = (uint16_t)(box->plc.plc_heartbeat - was_beat);
     const int64_t elapsed_us = box->plc.read_us - was_us;
-    cb_lead_take_heartbeat(&box->life.lead, beats, elapsed_us);
+    if (box->plc.alive)
+        cb_lead_take_heartbeat(&box->life.lead, beats, elapsed_us);
+    else
+        cb_lead_lose_heartbeat(&box->life.lead);
     step->apart = apart_of(box, beats, elapsed_us);
 }
 

@@ -29,8 +29,14 @@ void cb_lead_take_heartbeat(struct cb_lead_state *state, uint16_t beats, int64_t
     state->beats += beats;
     state->window_us += (uint32_t)elapsed_us;
     if (state->window_us < WINDOW_US) return;
-    if (state->beats > 0)
-        state->update_us = filtered(state->update_us, state->window_us / state->beats);
+    if (state->beats > 0) {
+        const uint32_t us = state->window_us / state->beats, was_us = state->update_us;
+        state->update_us = filtered(was_us, was_us > 0 && us > 2 * was_us ? 2 * was_us : us);
+    }
+    cb_lead_lose_heartbeat(state);
+}
+
+void cb_lead_lose_heartbeat(struct cb_lead_state *state) {
     state->beats = state->window_us = 0;
 }
 

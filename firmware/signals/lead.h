@@ -44,8 +44,13 @@ struct cb_lead_state {
 /* in : exchange_us of the newest confirmed write, 0: none */
 void cb_lead_take_exchange(struct cb_lead_state *state, uint32_t exchange_us);
 
-/* in : increments of the PLC's heartbeat between two readings, which are elapsed_us > 0 apart */
+/* A window in which the heartbeat stood for a part counts at most as twice the update, so it moves
+ * the estimate by an eighth. A PLC that is slower now is followed by an eighth a second.
+ * in : increments of the PLC's heartbeat between two readings, which are elapsed_us > 0 apart */
 void cb_lead_take_heartbeat(struct cb_lead_state *state, uint16_t beats, int64_t elapsed_us);
+
+/* Begins a new window: the heartbeat stands, which is no measurement of the PLC's cycle. */
+void cb_lead_lose_heartbeat(struct cb_lead_state *state);
 
 /* Time between the positions of two readings. Each beat is a new position, so the result is the
  * number of beats times the mean time between beats: with a PLC that updates every 8 ms, readings

@@ -98,7 +98,9 @@ void fault_injector::lose_while_off() {
     later(off, [this, &control] {
         if (active_) control.set_enable(false);
     });
-    later(known + own.time_between(50 * ms, 500 * ms), [&control] { control.set_enable(true); });
+    later(known + own.time_between(50 * ms, 500 * ms), [this, &control] {
+        if (active_) control.set_enable(true);  // else the operator does, when a file was taken
+    });
     later(known + own.time_between(200 * ms, 800 * ms), [&control] { control.freeze_nc(false); });
 }
 

@@ -160,20 +160,23 @@ class fading_invariant : public invariant {
     static constexpr double late_s = 1;  // from a snapshot to what it shows, and the next step
     struct missing_signal {
         time_ns since;
+        double age_ns;                           // at that time
         std::map<std::string, double> at_first;  // outputs of terms
     };
-    // For as long as it has had no accepted value.
+    // For as long as it has had no accepted value. One that it had between two snapshots is younger
+    // than its first age; a snapshot is that of an earlier step.
     void note(const json &signal) {
         const std::string signal_name = signal.at("name");
         const time_ns now = of_.time.now();
         const bool is_missing = signal.at("state") == "stale" && signal.at("age_ms").is_number();
+        const double age_ns = is_missing ? signal.at("age_ms").get<double>() * 1e6 : 0;
         const auto found = missing_.find(signal_name);
-        const bool is_same = is_missing && found != missing_.end() &&
-                             signal.at("age_ms").get<double>() * 1e6 >
-                                 static_cast<double>(now - found->second.since);
+        const bool is_same =
+            is_missing && found != missing_.end() &&
+            age_ns > static_cast<double>(now - found->second.since) + found->second.age_ns / 2;
         if (is_same) return;
         if (found != missing_.end()) missing_.erase(found);
-        if (is_missing) missing_[signal_name] = {now, {}};
+        if (is_missing) missing_[signal_name] = {now, age_ns, {}};
     }
     void judge(const std::string &term, double value) {
         const auto inputs = inputs_.find(term);

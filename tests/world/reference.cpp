@@ -528,6 +528,7 @@ void reference_box::read(const machine &of, const exchange &seen, time_ns sent) 
     for (const fakeplc::shown_signal &shown : of.map.signals)
         accept(signals_[place_of(shown.name)], signal_in(of, shown, seen), sent);
     before_ns_ = sent;
+    for (signal &one : signals_) one.at_reading = one.known ? one.value : unknown;
     watch_sensors(sent);
     follow();
 }
@@ -637,7 +638,8 @@ void reference_box::look(time_ns now) {
         }
         if (!one.from_plc) near += 1e-3;  // a lag by the times of readings
         if (!one.from_plc && now - one.at_ns < one.waits_ns) {
-            near += std::fabs(one.value - one.before);
+            near += std::max(std::fabs(one.value - one.before),
+                             std::fabs(one.value - one.at_reading));  // several may come since
             // Until the box takes the new one, it has the one before, if that is not too old.
             if (now - one.before_ns > one.max_age_ns - period_ns_) value = unknown;
         }

@@ -116,6 +116,7 @@ class reference_box {
         // of the newest value that the box accepts
         bool known = false;
         double value = 0, before = 0;
+        double at_reading = 0;  // what it was at the newest reading of the PLC
         time_ns at_ns = 0, before_ns = 0;
         double velocity = 0, velocity_near = 0;  // as the box filters it, and how far it may be off
         // Of a position whose velocity the PLC gives: its place, and what 1/s of the position is.

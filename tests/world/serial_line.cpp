@@ -120,7 +120,9 @@ void serial_line::transmit(const fakeplc::byte_string &bytes) {
     // A byte that the box has not read may come while it sends.
     if (asks) asks(newest_, bytes, inbox_.empty() ? of_.time.now() - busy_ns_ : never);
     busy_ns_ = of_.time.now() + static_cast<time_ns>(bytes.size()) * character() * 10 / 11;
-    newest_ = {bytes, of_.time.now(), fate.delay_ns == 0 && free_ns_[0] <= of_.time.now()};
+    // One that has come, and that the box has not read, may be taken for that of a same one.
+    const bool waits = newest_.settled && newest_.frame == bytes && !inbox_.empty();
+    newest_ = {bytes, of_.time.now(), fate.delay_ns == 0 && free_ns_[0] <= of_.time.now(), waits};
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
     time_ns &free = free_ns_[0];

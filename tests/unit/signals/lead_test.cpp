@@ -100,6 +100,18 @@ TEST(lead, counts_the_plc_by_its_heartbeat) {
     EXPECT_NEAR(state.update_us, 8000, 100);
 }
 
+TEST(lead, hardly_moves_by_a_window_in_which_the_heartbeat_stood) {
+    cb_lead_state state = {0, 8000, 0, 0};
+    for (int i = 0; i < 34; ++i) cb_lead_take_heartbeat(&state, i < 2 ? 4 : 0, 30000);
+    EXPECT_EQ(state.update_us, 9000u);
+    for (int i = 0; i < 34 * 40; ++i) cb_lead_take_heartbeat(&state, i % 2 == 1 ? 1 : 0, 30000);
+    EXPECT_NEAR(state.update_us, 60000, 600) << "a PLC that is slower now";
+    cb_lead_take_heartbeat(&state, 1, 30000);
+    cb_lead_lose_heartbeat(&state);
+    EXPECT_EQ(state.window_us, 0u);
+    EXPECT_EQ(state.beats, 0u);
+}
+
 // An axis at 100 mm/s with an error of 1 µm/mm; the reading says x, the box computes x + v lead.
 struct moving_axis : box_rig {
     double x = 100, v = 100;
@@ -277,6 +289,32 @@ TEST(lead, in_the_file) {
     };
     for (const auto &[piece, other, message] : mistakes)
         EXPECT_EQ(load(with(piece, other, text)).text, message) << other;
+}
+
+// The PLC's program stands for 2 s, within a window and over the end of some.
+TEST(lead, is_the_same_behind_a_plc_program_that_stood) {
+    for (int stands_at = 100; stands_at < 140; stands_at += 3) {
+        moving_axis rig(true, true);
+        const cb_lead_state &lead = rig.box->life.lead;
+        for (int i = 0; i < stands_at; ++i) rig.ahead();
+        ASSERT_NEAR(lead.update_us, 30000, 300);
+        for (int i = 0; i < 67; ++i) {
+            --rig.heartbeat;  // ahead(): + 1
+            rig.ahead();
+        }
+        for (int i = 0; i < 40; ++i) rig.ahead();
+        EXPECT_NEAR(lead.update_us, 30000, 30000 / 8) << stands_at;
+    }
+}
+
+TEST(lead, begins_to_count_when_the_heartbeat_begins) {
+    moving_axis rig(true, true);
+    for (int i = 0; i < 30; ++i) {
+        --rig.heartbeat;
+        rig.ahead();
+    }
+    for (int i = 0; i < 40; ++i) rig.ahead();
+    EXPECT_NEAR(rig.box->life.lead.update_us, 30000, 300);
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ struct edge {
     const char *invariant;
     std::uint64_t seed, cycles;
     const char *faults;
-    defect planted;  // none: another line has it
+    defect planted;  // none: another line has it, or docs/results/mutants.md
 };
 
 const edge edges[] = {
@@ -113,6 +113,11 @@ const edge edges[] = {
          cb_plc_state &plc = loop.box->plc;
          if (plc.unconfirmed_us > 3 * loop.box->config.period_us) plc.readable = false;
      }},
+    // The reply to a probe comes when the next one is sent, and counts for that.
+    {"order", 738, 1950, "slow", nullptr},
+    // The heartbeat stood for most of a second in which the box counts it.
+    {"statistics", 470, 700, "plc_stop",
+     [](cb_loop &loop) { loop.box->life.lead.update_us = 200000; }},
     // A wait that ends a period late is repeated, for as long as it does.
     {"overrun", 310963, 6000, "delay,reset,stall,stray,reader",
      [](cb_loop &loop) { loop.box->life.overrun_score = 0; }},
@@ -120,6 +125,9 @@ const edge edges[] = {
     {"reload", 310603, 6000,
      "preempt,delay,tear,reset,twice,exception,partial,kill,power_cut,restart,disk,reload,state,"
      "suspend,wire,plc_stop,stray",
+     nullptr},
+    {"reload", 101131, 5000,
+     "delay,reset,twice,enable,power_cut,restart,reload,state,stall,plc_stop,boundary,reader",
      nullptr},
     {"reload", 6000640, 6000, "reload", no_offer},
     {"settled file", 6, 6000, "reload", no_offer},
@@ -133,6 +141,11 @@ const edge edges[] = {
     // A sample that the box has not taken yet is old behind a long silence.
     {"reference", 23, 2000, "sensors",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
+    // Two samples come between the box's step and its write.
+    {"reference", 1157, 300, "none",
+     to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
+    // A signal has a value again, for a time between two snapshots.
+    {"fading", 1370, 2500, "tear,enable,power_cut,foreign", nullptr},
     // What was synchronised stays behind a power cut.
     {"events", 780037, 4000, "restart,power_cut", nullptr},
     // A daemon that is stopped before its first write leaves STOPPED to the next one.
