@@ -364,10 +364,9 @@ DEFECTS_BY_OTHERS = [
      "The window in which the PLC's beats are counted is not restarted while there are none, so after a stop of "
      "the PLC's program the measured lead is far too long.",
      (SIGNALS + "lead.c",
-      "    if (state->beats > 0)\n"
-      "        state->update_us = filtered(state->update_us, state->window_us / state->beats);\n",
-      "    if (state->beats == 0) return;\n"
-      "    state->update_us = filtered(state->update_us, state->window_us / state->beats);\n")),
+      "    if (state->beats > 0) {\n        const", "    if (state->beats == 0) return;\n    {\n        const"),
+     (SIGNALS + "lead.c", "was_us > 0 && us > 2 * was_us ? 2 * was_us : us", "us"),
+     (BOX + "box.c", "    if (box->plc.alive)\n        cb_lead_take", "    if (true)\n        cb_lead_take")),
     ("other-sensors-read-for-ever",
      "The set of sensors that read is not cleared at the start of a pass, so a doubted or silent one is not "
      "predicted and its old reading accuses the others.",
@@ -1343,17 +1342,6 @@ DEFECTS_BY_OTHERS = [
      (BOX + "probes.c",
       "known && apart_um <= sigma_um};\n",
       "known || apart_um <= sigma_um};\n")),
-    ("other-window-of-standstill",
-     "The window of the heartbeat count is emptied only when there were beats, so the first beat after a "
-     "stop of the PLC's program gives its whole standstill as update time and the lead is far too long.",
-     (SIGNALS + "lead.c",
-      "    if (state->beats > 0)\n"
-      "        state->update_us = filtered(state->update_us, state->window_us / state->beats);\n"
-      "    state->beats = state->window_us = 0;\n",
-      "    if (state->beats > 0) {\n"
-      "        state->update_us = filtered(state->update_us, state->window_us / state->beats);\n"
-      "        state->beats = state->window_us = 0;\n"
-      "    }\n")),
     ("other-bus-backoff-endless",
      "The pause of a silent module doubles without an end, so a thermometer that was unplugged for an hour "
      "is not read again for another hour.",
