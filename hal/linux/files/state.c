@@ -244,13 +244,15 @@ static const char *fault_of(const struct file *file, size_t size) {
     return NULL;
 }
 
-/* out: true for a possible clock time; differences of such times do not overflow */
-static bool is_time(int64_t time_us) {
-    return time_us >= 0 && time_us <= INT64_MAX / 4;
+/* out: true for a possible moment; differences of such times do not overflow. By the clock of the
+ * boot what has not changed since the boot before is below 0. */
+static bool is_time(int64_t unix_us, int64_t boottime_us) {
+    const int64_t most_us = INT64_MAX / 4;
+    return unix_us >= 0 && unix_us <= most_us && boottime_us >= -most_us && boottime_us <= most_us;
 }
 
 static bool is_sound(const struct record *record) {
-    return is_time(record->unix_us) && is_time(record->boottime_us) && isfinite(record->hi) &&
+    return is_time(record->unix_us, record->boottime_us) && isfinite(record->hi) &&
            isfinite(record->lo) && isfinite(record->input);
 }
 
@@ -403,7 +405,7 @@ static void resume_bank(struct cb_state *state, const struct cb_config *config,
 /* in : pause: a known one; a file of the previous version has an ending of zeros */
 static void resume_beat(struct cb_state *state, const struct ending *ending, enum pause pause,
                         const struct cb_state_clock *now) {
-    const bool sound = is_time(ending->unix_us) && is_time(ending->boottime_us);
+    const bool sound = is_time(ending->unix_us, ending->boottime_us);
     if (ending->beat != 1 || !sound) return;
     const int64_t pause_us = pause == PAUSE_BOOTTIME ? now->boottime_us - ending->boottime_us
                                                      : now->unix_us - ending->unix_us;
@@ -423,8 +425,8 @@ static bool find_probe(const struct file *file, const struct cb_config *config, 
     for (uint32_t k = 0; k < probes_of(&file->header); k++, at += sizeof *probe) {
         memcpy(probe, at, sizeof *probe);
         if (strncmp(probe->name, name, CB_NAME_SIZE) != 0) continue;
-        return strncmp(probe->of, of, CB_NAME_SIZE) == 0 && is_time(probe->unix_us) &&
-               is_time(probe->boottime_us);
+        return strncmp(probe->of, of, CB_NAME_SIZE) == 0 &&
+               is_time(probe->unix_us, probe->boottime_us);
     }
     return false;
 }

@@ -205,7 +205,8 @@ TEST_F(state_file, with_a_time_of_a_probe_that_no_clock_shows_begins_it_anew) {
             std::memcpy(&bad[at], &time_us, sizeof time_us);
             put_with_crc(bad);
             ASSERT_TRUE(read(rig.box->config, 3 * second, 1060 * second)) << message;
-            EXPECT_FALSE(state.probes[0].timed) << time_us;
+            const bool is_before_the_boot = at == boottime_us && time_us == -1;
+            EXPECT_EQ(state.probes[0].timed, is_before_the_boot) << time_us;
         }
     }
     put(good);
@@ -320,6 +321,33 @@ TEST_F(state_file, a_short_pause_is_bridged_as_if_the_box_had_run) {
             << i;
         EXPECT_LE(again.box->signals[i].value, i == 4 ? 1225 : 35.0f);
     }
+}
+
+// The power fails twice, and between them no thermometer and no probe gave a value: by the clock of
+// the second boot the lags and the probe are from before it.
+TEST_F(state_file, outlives_a_run_that_has_measured_nothing) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    box_rig between(lags());
+    between.now_us = 3 * second;
+    ASSERT_TRUE(read(between.box->config, between.now_us, 1010 * second)) << message;
+    cb_state_give(&state, between.box.get());
+    save(between, 1010 * second);
+    ASSERT_TRUE(read(rig.box->config, 2 * second, 1013 * second)) << message;
+    EXPECT_TRUE(reports("3 of 3 lags go on after a pause of 14.0 s")) << message;
+
+    probe_rig touched;
+    touched.touch(43);
+    save(touched, 1000 * second);
+    probe_rig untouched;
+    cb_box_start(untouched.box.get());
+    untouched.now_us = 3 * second;
+    ASSERT_TRUE(read(untouched.box->config, untouched.now_us, 5000 * second)) << message;
+    cb_state_give(&state, untouched.box.get());
+    save(untouched, 5000 * second);
+    ASSERT_TRUE(read(touched.box->config, 2 * second, 5010 * second)) << message;
+    ASSERT_TRUE(state.probes[0].timed);
+    EXPECT_EQ(state.probes[0].filter.bias_um, touched.state().filter.bias_um);
 }
 
 // A board without a clock restores its wall clock from a file: a stop of 60 h looks like 12 s.
@@ -628,6 +656,10 @@ TEST_F(state_file, a_time_that_no_clock_shows_is_not_used) {
             for (const char *boot : {"boot", "another boot"}) {
                 const cb_state_clock now = clock(rig.now_us, 1001 * second, boot);
                 ASSERT_TRUE(read_at(rig.box->config, now)) << message;
+                const bool is_before_the_boot = clock_at == 8 && time_us == -1;
+                const bool goes_on = is_before_the_boot && std::string(boot) != "boot";
+                EXPECT_TRUE(reports(goes_on ? "3 of 3" : "of 3")) << time_us << ": " << message;
+                if (is_before_the_boot) continue;
                 EXPECT_TRUE(reports("0 of 3")) << time_us << ": " << message;
                 EXPECT_FALSE(state.beat);
             }
