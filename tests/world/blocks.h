@@ -36,6 +36,7 @@ enum : unsigned {
     demand = 16,
     write_refused = 18,
     overrun = 19,
+    nc_alarm = 20,
     foreign = 21,
     drifted = 22
 };

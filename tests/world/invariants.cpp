@@ -33,6 +33,7 @@ invariants all_invariants(run &of) {
     add_shown(of, all);
     add_wire(of, all);
     add_counters(of, all);
+    add_lags(of, all);
     return all;
 }
 

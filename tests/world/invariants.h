@@ -104,6 +104,7 @@ void add_rows(run &of, invariants &all);       // invariants_rows.cpp
 void add_shown(run &of, invariants &all);      // invariants_shown.cpp
 void add_wire(run &of, invariants &all);       // invariants_wire.cpp
 void add_counters(run &of, invariants &all);   // invariants_counters.cpp
+void add_lags(run &of, invariants &all);       // invariants_lags.cpp
 
 invariants all_invariants(run &of);
 

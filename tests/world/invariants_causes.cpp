@@ -26,6 +26,7 @@ class causes_invariant : public invariant {
                         !draws_any(of, {fault_kind::reload, fault_kind::reader})) {}
     void started() override {
         named_.clear();
+        term_.clear();
         detail_ = 0;
     }
     // A missing signal is named in the log, and another one behind it too.
@@ -33,6 +34,8 @@ class causes_invariant : public invariant {
         if (seen.written.empty()) return;
         const machine &facts = of_.author_of(seen);
         const written_block &block = block_of(facts, seen);
+        if (names_judged_ && !hides_exchanges(of_) && facts.map.detail)
+            judge_term(facts, block, seen.sent);
         const unsigned detail =
             facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
         if (detail != detail_) since_ns_ = seen.sent;
@@ -55,8 +58,13 @@ class causes_invariant : public invariant {
             R"((signal|channel) (\S+) (?:reads|wants|is) (\S+) (?:\S+ )?(?:old )?and its (\w+) is (\S+)$)");
         static const std::regex mode(
             R"((STANDBY|ACTIVE|HOLD|RAMP|FAULT|STOPPED): [^:]*(?:: signal (\S+) .*)?$)");
+        static const std::regex term(R"(: term (\S+) (?:is faded out|has probes to one side))");
         std::smatch words;
         if (line.find("about the mode left out") != std::string::npos) named_.clear();
+        if (std::regex_search(line, words, term)) {
+            term_ = words[1];
+            term_ns_ = of_.time.now();
+        }
         if (std::regex_search(line, words, mode)) named_ = words[2];
         if (!judged_ || !std::regex_search(line, words, sentence)) return;
         learn(of_.running());
@@ -79,6 +87,21 @@ class causes_invariant : public invariant {
     }
 
   private:
+    // A term in a line has its name from the detail of a block about then, which counts terms.
+    void judge_term(const machine &facts, const written_block &block, time_ns sent) {
+        const nlohmann::json &terms = facts.file().at("terms");
+        const std::size_t place = block.detail & 0xFFu, kind = block.detail >> 8;
+        if ((kind == faded || kind == drifted) && place > 0 && place <= terms.size()) {
+            const nlohmann::json &one = terms[place - 1];
+            shown_[one.contains("outputs") ? one.at("outputs")[0] : one.at("name")] = sent;
+        }
+        if (term_.empty() || sent < term_ns_ + 4 * facts.period_us * us) return;
+        const auto found = shown_.find(term_);
+        if (found == shown_.end() || found->second < term_ns_ - 4 * facts.period_us * us)
+            violated(fmt::format("the log names the term {}, and the detail no such one", term_));
+        term_.clear();
+    }
+    static constexpr std::size_t faded = 7, drifted = 12;  // kinds of docs/faults.md
     void learn(const machine &of) {
         if (!judged_) return;
         for (const channel_facts &channel : of.channels) {
@@ -95,6 +118,9 @@ class causes_invariant : public invariant {
 
     bool judged_, names_judged_;
     std::string named_;  // the signal in the newest line of a mode
+    std::string term_;   // in a line that is not judged yet
+    time_ns term_ns_ = 0;
+    std::map<std::string, time_ns> shown_;  // terms by the newest block about them
     unsigned detail_ = 0;
     time_ns since_ns_ = 0;                            // since then it is that one
     std::map<std::string, std::set<double>> bounds_;  // by name and property, of all files so far

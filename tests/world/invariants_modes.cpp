@@ -249,9 +249,11 @@ class reset_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (!is_reading(facts, seen)) return;
-        const bool resets = head_of(facts, seen).resets();
+        const read_head head = head_of(facts, seen);
+        const bool resets = head.resets();
         if (resets && (!was_set_ || !seen_all())) edge_ns_ = seen.now;
         was_set_ = resets;
+        alarms_ = head.nc_alarm ? alarms_ + 1 : 0;
     }
 
   private:
@@ -269,6 +271,7 @@ class reset_invariant : public invariant {
         if (block.mode == fakeplc::box_mode::fault) {
             if (!in_fault_ || exact_) since_ns_ = seen.sent - 4 * facts.period_us * us;
             in_fault_ = true;
+            reason_ = block.reason;
             return;
         }
         const bool stops =
@@ -276,10 +279,16 @@ class reset_invariant : public invariant {
         if (in_fault_ && !stops && edge_ns_ < since_ns_)
             violated(fmt::format("FAULT became {} without an edge of the reset bit then",
                                  name_of_mode(block.mode)));
+        // With FC23 a write has the step before.
+        if (in_fault_ && !stops && seen_all() && alarms_ > 2 && reason_ == box_reason::nc_alarm)
+            violated(
+                fmt::format("FAULT became {}, and the NC's alarm lasts", name_of_mode(block.mode)));
         in_fault_ = false;
     }
 
     bool exact_, in_fault_ = false, was_set_ = false;
+    unsigned reason_ = 0;  // of the newest FAULT
+    int alarms_ = 0;       // readings in a row with an alarm of the NC
     time_ns newest_ns_ = 0, since_ns_ = 0, edge_ns_ = -never / 2;
 };
 

@@ -31,12 +31,12 @@ class reference_invariant : public invariant {
     void started() override {
         if (of_.starts() > 1 && draws(of_, fault_kind::reload)) box_.reset();  // which file it runs
         if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
-        steady_ = readings_ = 0;
+        steady_ = calm_ = readings_ = 0;
         silent_ = of_.starts() > 1;
     }
     void taken(const machine &, const machine &is) override {
         if (box_) box_->take(is);
-        steady_ = 0;
+        steady_ = calm_ = 0;
     }
     void sampled(const std::string &signal, double value) override {
         const bool by_hand = signal[0] == 'H';
@@ -88,7 +88,11 @@ class reference_invariant : public invariant {
         const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
         elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
                                                 std::exchange(stepped_ns_, stepped_ns) - 500 * us);
-        if (steady_ >= settled && seen.sent > open_until_ns_ && box_->knows()) judge(facts, block);
+        const bool settled_now = seen.sent > open_until_ns_;
+        if (steady_ >= settled && settled_now && box_->knows()) judge(facts, block);
+        calm_ =
+            2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1 ? calm_ + 1 : 0;
+        if (calm_ >= settled && settled_now) judge_pause(facts, block);
         sent_ns_ = seen.sent;
         before_ = block;
         readings_ = 0;
@@ -119,6 +123,36 @@ class reference_invariant : public invariant {
                 judge_arrival(facts.channels[c], targets[c], before_.um[c], block.um[c]);
             else if (!other)
                 judge_way(facts, c, targets[c], block.um[c]);
+        }
+    }
+
+    // A fault stays while its cause lasts, and in HOLD nothing follows an axis.
+    void judge_pause(const machine &facts, const written_block &block) {
+        using namespace box_reason;
+        const bool ends = before_.mode == fakeplc::box_mode::fault && before_.reason == demand &&
+                          block.mode != fakeplc::box_mode::fault && block.reason != stop &&
+                          block.mode != fakeplc::box_mode::stopped;
+        if (ends && box_->knows()) judge_end_of_demand(facts);
+        const bool holds =
+            block.mode == fakeplc::box_mode::hold && before_.mode == fakeplc::box_mode::hold;
+        for (std::size_t c = 0; holds && c < facts.channels.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const double step = 0.97 * elapsed_s_ * channel.slope_slew_per_s;
+            const double most = std::max(std::fabs(before_.slope[c]) - step, 0.0);
+            if (std::fabs(block.slope[c]) > most + 2 * channel.slope_unit)
+                violated(fmt::format("the slope of {} is {} after {} in HOLD", channel.name,
+                                     block.slope[c], before_.slope[c]));
+        }
+    }
+    void judge_end_of_demand(const machine &facts) {
+        box_->look(read_ns_);
+        for (std::size_t c = 0; c < facts.channels.size(); ++c) {
+            const judged_number want = box_->judged_um(c);
+            if (std::fabs(want.value) - want.near > facts.channels[c].error_um * (1 + 1e-5))
+                violated(
+                    fmt::format("a fault was reset, and the terms of {} want {} um, beyond "
+                                "its error_um of {} um",
+                                facts.channels[c].name, want.value, facts.channels[c].error_um));
         }
     }
 
@@ -248,7 +282,8 @@ class reference_invariant : public invariant {
     std::optional<reference_box> box_;
     bool samples_arrive_ = true, measurements_arrive_ = true;
     bool silent_ = false;               // since the end of another daemon
-    int steady_ = 0, readings_ = 0;     // readings since the newest write
+    int steady_ = 0, calm_ = 0;         // steps in a row, in ACTIVE and in any mode
+    int readings_ = 0;                  // since the newest write
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged
     time_ns open_until_ns_ = 0, sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
     double elapsed_s_ = 0;  // between the two newest steps, at least

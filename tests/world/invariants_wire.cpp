@@ -77,10 +77,12 @@ class account_invariant : public invariant {
         start_ns_ = of_.time.now();
         connections_ = of_.plc.connections_made();
         unheard_ = stopped_ = 0;
+        readings_ = writes_ = 0;
     }
     void exchanged(const exchange &seen) override {
         const bool own = !seen.written.empty() && seen.sent >= start_ns_;
         unheard_ += own && seen.duration == never;
+        note_proof(seen);
     }
     void reply_torn(time_ns rest) override {
         const time_ns period_ns = of_.running().period_us * us;
@@ -98,9 +100,28 @@ class account_invariant : public invariant {
             return;
         if (of_.time.now() - start_ns_ > most_idle && idle_ns > most_idle)
             violated(fmt::format("no connection is begun for {} ms", idle_ns / ms));
+        if (is_proven() && of_.net.attempts == attempt_ && idle_ns > longest_start)
+            violated(
+                fmt::format("a connection with {} readings and {} writes is lost, and none is "
+                            "begun for {} ms",
+                            readings_, writes_, idle_ns / ms));
     }
 
   private:
+    // A connection that had replies to both is begun again at once (docs/compboxd.md).
+    void note_proof(const exchange &seen) {
+        if (std::exchange(attempt_, of_.net.attempts) != of_.net.attempts) readings_ = writes_ = 0;
+        if (seen.duration == never || seen.sent < start_ns_) return;
+        readings_ += is_reading(of_.running_at(seen.sent), seen);
+        writes_ += !seen.written.empty();
+    }
+    bool is_proven() const {
+        return std::min(readings_, writes_) > 3 &&
+               !draws_any(
+                   of_, {fault_kind::loss, fault_kind::wire, fault_kind::tear, fault_kind::partial,
+                         fault_kind::refuse, fault_kind::twice, fault_kind::stray, fault_kind::mute,
+                         fault_kind::hostile, fault_kind::reload, fault_kind::boundary});
+    }
     // Where nothing else ends it.
     void judge_connections() {
         const int made = of_.plc.connections_made() - connections_;
@@ -138,6 +159,7 @@ class account_invariant : public invariant {
             violated(fmt::format("{} is {}, it happened {} times", counter, counted, happened));
     }
 
+    static constexpr time_ns longest_start = 15 * ms;
     static constexpr time_ns most_idle = 4 * second;  // the box: a pause of one, an attempt of one
     bool by_tcp_;
     time_ns start_ns_ = 0;
@@ -146,6 +168,8 @@ class account_invariant : public invariant {
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;
+    // Of the newest connection: its number, and what was answered on it.
+    std::uint64_t attempt_ = 0, readings_ = 0, writes_ = 0;
 };
 
 // A module of the bus is asked each `every_ms`. Each turn without a reply doubles its pause, up to

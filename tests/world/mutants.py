@@ -111,6 +111,11 @@ DEFECTS_OF_THE_PAST = [
     ("bounds-lag-of-another-range", "A reload gives a bank's lag the state of one with another training range",
      (SIGNALS + "bank.c", "if (nearest < CB_MAX_BANK_LAGS && apart >= least) continue;",
       "if (nearest < CB_MAX_BANK_LAGS) continue;")),
+    ("bounds-time-before-the-boot", "A state file with a time before the boot is refused",
+     (OUTPUT + "state.c", "boottime_us >= -most_us &&", "boottime_us >= 0 &&")),
+    ("bounds-interrupted-last-byte", "A read that a signal interrupts at the end of the events stops the daemon",
+     (OUTPUT + "output_file.c", "while (got < 0 && errno == EINTR);\n    return got == 1;",
+      "while (false);\n    return got == 1;")),
 ]
 
 LIMITS = [

@@ -153,6 +153,7 @@ void connection::reset() {
 // ---- the box's side
 
 void connection::connect(std::uint16_t port) {
+    ++of_.attempts;
     state = phase::connecting;
     count(true);
     const segment_fate fate = of_.faults == nullptr ? segment_fate{} : of_.faults->at_connect();

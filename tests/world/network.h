@@ -68,6 +68,7 @@ class network {
     // Connections of the box that are up or on their way, and since when there is none.
     int open = 0;
     time_ns closed_ns = 0;
+    std::uint64_t attempts = 0;  // to connect
     // false: no packet passes in either direction (an unplugged cable)
     bool plugged = true;
     // How long a peer takes to accept a connection, beyond the way there and back.

@@ -67,6 +67,9 @@ run::run(const run_options &with)
       signer(signer_of(with.seed)),
       ceiling_(ceiling_of(box_machine, with.seed)),
       chance_(with.seed, "run") {
+    files_suffer_ = draws_any(*this, {fault_kind::disk, fault_kind::clock, fault_kind::refuse,
+                                      fault_kind::partial, fault_kind::links, fault_kind::power_cut,
+                                      fault_kind::kill, fault_kind::restart, fault_kind::reader});
     if (ceiling_) lower_to(box_machine, *ceiling_);
     dice accepts(with.seed, "accepts");
     if (accepts.one_in(6)) net.accepts_after = accepts.time_between(20 * ms, 600 * ms);
@@ -333,7 +336,7 @@ void run::wander_modules() {
 // A folder with almost as many files as the box keeps, and a file with a name that is not its own.
 void run::fill_blackbox() {
     dice own(options.seed, "black box");
-    if (options.seed % 5 != 1 || !own.one_in(2)) return;
+    if (!keeps_blackbox() || !own.one_in(2)) return;
     const std::uint64_t first = 1 + own.below(500), count = blackbox_files - own.below(4);
     for (std::uint64_t i = 0; i < count; ++i)
         box.files.put(fmt::format("{}/{:06}-20200101T000000Z-FAULT.csv", blackbox_path, first + i),
@@ -370,7 +373,12 @@ void run::fill_records() {
 }
 
 bool run::keeps_record() const {
-    return options.seed % 4 == 0 && options.cycles <= most_recorded;
+    return (options.seed % 4 == 0 || (files_suffer_ && options.seed % 2 == 1)) &&
+           options.cycles <= most_recorded;
+}
+
+bool run::keeps_blackbox() const {
+    return options.seed % 5 == 1 || (files_suffer_ && options.seed % 5 < 3);
 }
 
 // libc's streams, which write them, do not repeat what was interrupted.
@@ -391,8 +399,9 @@ void run::start_daemon() {
                                       state_path, "--stats",  stats_path};
     if (keeps_record()) words.insert(words.end(), {"--record", record_path});
     if (options.seed % 16 == 4) words.insert(words.end(), {"--record-every", "500"});
-    if (options.seed % 3 == 1) words.insert(words.end(), {"--state-every", "1"});
-    if (options.seed % 5 == 1) words.insert(words.end(), {"--blackbox", blackbox_path});
+    if (options.seed % 3 != 0)
+        words.insert(words.end(), {"--state-every", options.seed % 3 == 1 ? "1" : "3"});
+    if (keeps_blackbox()) words.insert(words.end(), {"--blackbox", blackbox_path});
     if (limits_records()) words.insert(words.end(), {"--record-most", "1"});
     if (keeps_inputs()) words.insert(words.end(), {"--record-inputs", inputs_path});
     if (keeps_snapshot()) words.insert(words.end(), {"--snapshot", snapshot_path});

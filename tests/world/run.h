@@ -108,11 +108,13 @@ class run {
     static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
     static constexpr std::size_t old_record_bytes = 95000;
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
-    bool keeps_events() const { return options.seed % 2 == 1; }
+    // Files are kept more often where the faults of the run act on them.
+    bool keeps_events() const { return options.seed % 2 == 1 || files_suffer_; }
     bool keeps_record() const;
     bool keeps_snapshot() const;
     bool keeps_slow_snapshot() const { return options.seed % 6 == 1; }  // one a second
     bool keeps_inputs() const;
+    bool keeps_blackbox() const;
     // Whether all records together have at most 1 MB.
     bool limits_records() const { return options.seed % 8 == 0; }
 
@@ -165,6 +167,7 @@ class run {
     std::unique_ptr<rtu_slaves> plc_slave_, bus_slaves_;
     fakeplc::pt100_modules modules_;
     std::vector<std::unique_ptr<invariant>> invariants_;
+    bool files_suffer_ = false;  // from the faults of the run
     const std::optional<machine> &facts_in(const std::string &text);
     std::pair<std::string, std::optional<machine>> newest_facts_;
     std::map<unsigned, machine> files_;  // by revision, of those that a box can run

@@ -22,7 +22,7 @@ struct state_file {
         char name[24], lag_of[24];
         std::int64_t unix_us, boottime_us;
         float hi, lo, input, tau_s;
-        std::uint32_t power, unused;
+        std::uint32_t power, range;  // of a bank: differs with the range in which its input acts
     };
     struct probe {
         char name[24], of[24];

@@ -156,6 +156,16 @@ const edge edges[] = {
     {"applied", 5000377, 20000, "foreign", to_config(no_applied)},
     // Behind a reload, too, what the file before sent.
     {"applied", 6000865, 6000, "reload,foreign", to_config(no_applied)},
+    // Lags go on behind a restart with the pause since their file, by the clock of this boot.
+    {"lags", 224, 2500, "power_cut,reader", nullptr},
+    {"lags", 230, 2500, "power_cut,reader",
+     [](cb_loop &loop) {
+         for (cb_signal_state &signal : loop.box->signals) signal.lag.hi += 0.01F;
+     }},
+    // The one that keeps a line of the log back is another term than the first of a sum.
+    {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
+    // A signal interrupts the reading of the events' last line.
+    {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
     // A disk hangs; the files behind it have the mode of their time.
     {"report", 9000001, 5300, "exception,disk",
      [](cb_loop &loop) {

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: MIT
+// What the box remembers of heat moves as heat does: from one state file to the next, over restarts
+// and other files, a lag goes exactly as far as its input takes it in the time between.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+#include "tests/world/state_file.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+
+struct value_range {
+    double low = 1e30, high = -1e30;
+    void take(double value) {
+        low = std::min(low, value);
+        high = std::max(high, value);
+    }
+    void take(const value_range &other) {
+        low = std::min(low, other.low);
+        high = std::max(high, other.high);
+    }
+    bool is_empty() const { return low > high; }
+};
+
+double to_the(double x, std::uint32_t power) {
+    return std::pow(x, static_cast<double>(power));
+}
+
+value_range to_the(const value_range &of, std::uint32_t power) {
+    value_range made;
+    made.take(to_the(of.low, power));
+    made.take(to_the(of.high, power));
+    if (power % 2 == 0 && of.low < 0 && of.high > 0) made.take(0);
+    return made;
+}
+
+// What a source gave in the newest time, with what it had given before.
+class given_values {
+  public:
+    void take(time_ns now, double value) {
+        turn(now);
+        newest_.take(value);
+        last_ = value;
+    }
+    // out: of at least that time
+    value_range within(time_ns now) {
+        turn(now);
+        value_range all = newest_;
+        all.take(before_);
+        return all;
+    }
+    static constexpr time_ns at_least = 20 * second;
+
+  private:
+    void turn(time_ns now) {
+        if (now - began_ < at_least) return;
+        before_ = now - began_ < 2 * at_least ? newest_ : value_range();
+        newest_ = {};
+        if (last_) newest_.take(*last_);
+        before_.take(newest_);
+        began_ = now;
+    }
+    time_ns began_ = 0;
+    value_range newest_, before_;
+    std::optional<double> last_;
+};
+
+class lags_invariant : public invariant {
+  public:
+    explicit lags_invariant(run &of)
+        : invariant(of, "lags"),
+          judged_(longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::clock, fault_kind::hostile, fault_kind::memory,
+                                  fault_kind::state, fault_kind::wire, fault_kind::line})),
+          reads_file_(!draws_any(
+              of, {fault_kind::refuse, fault_kind::partial, fault_kind::disk, fault_kind::links})) {
+    }
+    // A box goes on from what the file has, if the pause is a quarter of the time constant at most.
+    void started() override {
+        lags_.clear();
+        if (!judged_ || !reads_file_) return;
+        const auto state = decoded(of_.box.files.text(run::state_path));
+        if (!state) return;
+        const time_ns wall_offset = of_.box.wall() - of_.time.now();
+        for (const state_file::record &record : state->records) {
+            const time_ns at = record.unix_us * us - wall_offset;
+            const double pause_s = 1e-9 * static_cast<double>(of_.time.now() - at) + unsure_s(true);
+            if (4 * pause_s > static_cast<double>(record.tau_s)) continue;
+            remember(record, at);
+            lags_[key_of(record)].of_file = true;
+        }
+    }
+    // Another file may know a lag of the first file no more, or by another time constant.
+    void taken(const machine &, const machine &is) override {
+        if (!judged_) return;
+        for (auto lag = lags_.begin(); lag != lags_.end();)
+            lag = lag->second.of_file ? lags_.erase(lag) : std::next(lag);
+        for (const json &signal : is.file().at("signals"))
+            if (signal.contains("lag_of"))
+                for (auto &[key, lag] : lags_)
+                    if (key.signal == signal.at("name")) lag.tau_s.take(signal.at("tau_s"));
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
+        for (const fakeplc::shown_signal &signal : facts.map.signals)
+            keep(signal.name, signal_in(facts, signal, seen));
+    }
+    void sampled(const std::string &signal, double value) override {
+        if (judged_) keep(signal, value);
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!judged_ || path != run::state_path) return;
+        const auto state = decoded(file.bytes);
+        if (!state) return;
+        const time_ns booted = of_.time.now() - of_.box.boottime();
+        for (const state_file::record &record : state->records) {
+            const time_ns at = booted + record.boottime_us * us;
+            judge(record, at);
+            remember(record, at);
+        }
+    }
+
+  private:
+    // Of the clock of another boot, and of microseconds.
+    static constexpr double unsure_s(bool of_file) { return of_file ? 5e-3 : 2e-6; }
+    struct lag_key {
+        std::string signal, of;  // of a bank: no name
+        float tau_s;             // of a bank; a signal keeps its lag with another one
+        std::uint32_t power, range;
+        bool operator<(const lag_key &other) const {
+            return std::tie(signal, of, tau_s, power, range) <
+                   std::tie(other.signal, other.of, other.tau_s, other.power, other.range);
+        }
+    };
+    struct known_lag {
+        double y, input;
+        time_ns at;
+        value_range tau_s;
+        bool of_file;  // it was read, and no file written since
+    };
+
+    static lag_key key_of(const state_file::record &record) {
+        const std::string signal = record.name;
+        return {signal, record.lag_of, signal.empty() ? record.tau_s : 0, record.power,
+                record.range};
+    }
+    static double value_of(const state_file::record &record) {
+        return static_cast<double>(record.hi) + static_cast<double>(record.lo);
+    }
+    void remember(const state_file::record &record, time_ns at) {
+        value_range tau_s;
+        tau_s.take(static_cast<double>(record.tau_s));
+        lags_[key_of(record)] = {value_of(record), static_cast<double>(record.input), at, tau_s,
+                                 false};
+    }
+    void keep(const std::string &signal, double value) {
+        const signal_facts *facts = of_.running().signal(signal);
+        if (facts == nullptr || !(value >= facts->min - near_limit) ||
+            !(value <= facts->max + near_limit))
+            return;  // refused
+        given_[signal].take(of_.time.now(), value);
+    }
+    static constexpr double near_limit = 4e-3;
+
+    void judge(const state_file::record &record, time_ns at) {
+        const auto found = lags_.find(key_of(record));
+        if (found == lags_.end()) return;
+        const known_lag &was = found->second;
+        const double dt_s = 1e-9 * static_cast<double>(at - was.at);
+        const bool other_tau = was.of_file && !(was.tau_s.low == static_cast<double>(record.tau_s));
+        if (other_tau || of_.time.now() - was.at > given_values::at_least) return;
+        value_range tau_s = was.tau_s;
+        tau_s.take(static_cast<double>(record.tau_s));
+        const value_range input = input_of(record, was);
+        const double y = value_of(record);
+        const double rounding = 1e-5 + 2e-6 * (std::fabs(was.y) + std::fabs(y));
+        const value_range times = {dt_s - unsure_s(was.of_file), dt_s + unsure_s(was.of_file)};
+        const double low = was.y + way(input.low - was.y, times, tau_s, -1) - rounding;
+        const double high = was.y + way(input.high - was.y, times, tau_s, 1) + rounding;
+        if (y < low || y > high)
+            violated(fmt::format(
+                "the lag {} of {}^{} with {} s is {}, and was {} {} s before: its "
+                "input takes it to {} … {}",
+                record.name, record.lag_of, record.power, record.tau_s, y, was.y, dt_s, low, high));
+    }
+    // out: the furthest way towards `missing` in this direction
+    static double way(double missing, const value_range &times, const value_range &tau_s,
+                      double direction) {
+        const bool further = missing * direction > 0;
+        const double from_s = std::max(further ? times.high : times.low, 0.0);
+        return missing * -std::expm1(-from_s / (further ? tau_s.low : tau_s.high));
+    }
+    // out: all that the input may have been, to its power
+    value_range input_of(const state_file::record &record, const known_lag &was) {
+        const bool is_powered = record.name[0] != 0;  // in the file
+        value_range raw = range_of(record.lag_of);
+        value_range all;
+        for (const double value : {was.input, static_cast<double>(record.input)})
+            is_powered ? all.take(value) : raw.take(value);
+        if (is_powered) {
+            if (!raw.is_empty()) all.take(to_the(raw, record.power));
+            return all;
+        }
+        for (const json &term : of_.running().file().at("terms"))
+            if (term.contains("bank")) take_held(term.at("bank"), record.lag_of, raw, all);
+        return to_the(all, record.power);
+    }
+    // What the source of a signal gave; a lag stays between that and where it is.
+    value_range range_of(const std::string &source_name) {
+        value_range all = given_[source_name].within(of_.time.now());
+        for (const json &signal : of_.running().file().at("signals")) {
+            if (signal.at("name") != source_name || !signal.contains("lag_of")) continue;
+            const value_range source = given_[signal.at("lag_of")].within(of_.time.now());
+            if (!source.is_empty()) all.take(to_the(source, signal.value("power", 1U)));
+        }
+        return all;
+    }
+    // Of each bank, where the range in which its input acts leaves it.
+    static void take_held(const json &bank, const std::string &signal, const value_range &raw,
+                          value_range &all) {
+        const json &inputs = bank.at("inputs");
+        for (std::size_t i = 0; i < inputs.size(); ++i) {
+            if (inputs[i] != signal) continue;
+            double low = -1e30, high = 1e30;
+            if (bank.contains("input_min")) {
+                low = bank.at("input_min")[i];
+                high = bank.at("input_max")[i];
+                const double margin = bank.contains("margin") ? bank.at("margin")[i].get<double>()
+                                                              : 0.1 * (high - low);
+                low -= margin;
+                high += margin;
+            }
+            all.take(std::clamp(raw.low, low, high));
+            all.take(std::clamp(raw.high, low, high));
+        }
+    }
+
+    bool judged_, reads_file_;
+    std::map<lag_key, known_lag> lags_;
+    std::map<std::string, given_values> given_;
+};
+
+}  // namespace
+
+void add_lags(run &of, invariants &all) {
+    all.push_back(std::make_unique<lags_invariant>(of));
+}
+
+}  // namespace compbox::world
