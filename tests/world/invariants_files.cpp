@@ -698,7 +698,7 @@ class link_invariant : public invariant {
 };
 
 // An output that is not written is reported, and an interrupted write is none. Each row of a record
-// is in it or counted as lost, and none twice.
+// is in it or counted as lost, and none twice. No unfinished file stays.
 class reports_invariant : public invariant {
   public:
     explicit reports_invariant(run &of)
@@ -736,6 +736,7 @@ class reports_invariant : public invariant {
             violated("an interrupted write is not made again: " + line);
     }
     void ended(const ending &how) override {
+        if (!how.by_signal && how.code == 0) judge_unfinished();
         if (how.by_signal || !of_.keeps_record() || of_.limits_records() || lines_ == none ||
             lines() == none || of_.options.seed % 16 == 4 ||
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
@@ -761,6 +762,13 @@ class reports_invariant : public invariant {
         time_ns since_ns;
         bool is_told;
     };
+    // Also of a crash before this run.
+    void judge_unfinished() {
+        if (draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links})) return;
+        for (const std::string path : {run::state_path, run::stats_path})
+            if (of_.box.files.has(path + run::unfinished))
+                violated(path + " has an unfinished file beside it at the end");
+    }
     // Of the record; none: it has archives, or is no file.
     std::uint64_t lines() const {
         const auto file = of_.box.files.find(run::record_path, false);

@@ -83,6 +83,7 @@ run::run(const run_options &with)
     fill_blackbox();
     fill_events();
     fill_records();
+    fill_temporaries();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -370,6 +371,13 @@ void run::fill_records() {
         return;
     for (int n = 1; n <= old_records; ++n)
         box.files.put(fmt::format("{}.{}.gz", record_path, n), std::string(old_record_bytes, 'x'));
+}
+
+// What a crash leaves of files that were not whole yet.
+void run::fill_temporaries() {
+    dice own(options.seed, "temporaries");
+    for (const std::string path : {state_path, stats_path, snapshot_path})
+        if (own.one_in(4)) box.files.put(path + unfinished, "half of a fi");
 }
 
 bool run::keeps_record() const {

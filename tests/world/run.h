@@ -107,6 +107,7 @@ class run {
     static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
     static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
     static constexpr std::size_t old_record_bytes = 95000;
+    static constexpr const char *unfinished = ".new";  // behind the name of a file
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
     // Files are kept more often where the faults of the run act on them.
     bool keeps_events() const { return options.seed % 2 == 1 || files_suffer_; }
@@ -145,6 +146,7 @@ class run {
     void fill_blackbox();
     void fill_events();
     void fill_records();
+    void fill_temporaries();
     void note_report(const std::string &path, const std::string &text);
     void note_module(int unit, const fakeplc::byte_string &reply);
     std::shared_ptr<open_file> make_socket(int domain);
