@@ -185,8 +185,11 @@ class lags_invariant : public invariant {
         tau_s.take(static_cast<double>(record.tau_s));
         const value_range input = input_of(record, was);
         const double y = value_of(record);
-        const double rounding = 1e-5 + 2e-6 * (std::fabs(was.y) + std::fabs(y));
         const value_range times = {dt_s - unsure_s(was.of_file), dt_s + unsure_s(was.of_file)};
+        // Of the input, as far as it moves the lag, and of the two parts of the lag itself.
+        const double size = std::fabs(was.y) + std::fabs(y);
+        const double rounding =
+            way(1e-5 + 2e-6 * size, times, tau_s, 1) + 1e-9 * size + 1e-7 * std::fabs(y - was.y);
         const double low = was.y + way(input.low - was.y, times, tau_s, -1) - rounding;
         const double high = was.y + way(input.high - was.y, times, tau_s, 1) + rounding;
         if (y < low || y > high)

@@ -1124,8 +1124,10 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {
         json &channel = root["channels"][own.below(root["channels"].size())];
+        const bool whole = dice(of.twin.seed + revision, "limit").one_in(2);
         for (const char *key : {"limit_um", "error_um"})
-            channel[key] = rounded(1.05 * channel[key].get<double>());
+            if (whole || key == std::string("error_um"))
+                channel[key] = rounded(1.05 * channel[key].get<double>());
     }
     if (of.profile.name != "fanuc" && own.one_in(6)) {  // which lowers a slew rate itself
         json &channel = root["channels"][own.below(root["channels"].size())];
