@@ -60,16 +60,21 @@ class pair_invariant : public invariant {
 // Whichever writes take effect, and in whatever order: from one value of the PLC to the next at
 // most slew x 2 periods, plus a unit. And over a longer time, by the times of sending, at most
 // slew x time. Between the writes of two files the faster one counts: the box may stay where the
-// file before brought it in a write that the PLC never got (firmware/box/limiter.c).
+// file before brought it in a write that the PLC never got (firmware/box/limiter.c). A write
+// without a reply may take effect until T is over (decision 3), so each value stays near it, too.
 class slew_invariant : public invariant {
   public:
     explicit slew_invariant(run &of) : invariant(of, "slew"), lag_ns_(longest_lag(of)) {}
     void started() override {
         before_.reset();
         past_.clear();
+        unanswered_.clear();
     }
     // A window of writes is judged by the rates of one file.
-    void taken(const machine &, const machine &) override { past_.clear(); }
+    void taken(const machine &, const machine &) override {
+        past_.clear();
+        unanswered_.clear();
+    }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (places_outputs(facts, seen)) {
@@ -92,6 +97,7 @@ class slew_invariant : public invariant {
                   "from one write to the next");
         before_ = block;
         author_ = &author;
+        judge_late(author, seen, block);
         if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
@@ -153,6 +159,27 @@ class slew_invariant : public invariant {
         }
     }
 
+    // Only time in which the PLC's heartbeat is alive counts, so T is as long or longer.
+    void judge_late(const machine &facts, const exchange &seen, const written_block &block) {
+        if (draws(of_, fault_kind::foreign)) return;
+        const time_ns late_ns = facts.heartbeat_timeout_us * us + 2 * facts.period_us * us;
+        while (!unanswered_.empty() && unanswered_.front().sent < seen.sent - late_ns)
+            unanswered_.pop_front();
+        for (const sent_block &one : unanswered_)
+            if (one.sent < seen.sent)
+                check(facts, facts, one.block, block, 2 * period_s(facts),
+                      "from one that may still take effect");
+        // On a serial line a write is sent again, and counts once.
+        if (seen.duration != never)
+            unanswered_.erase(std::remove_if(unanswered_.begin(), unanswered_.end(),
+                                             [&](const sent_block &one) {
+                                                 return one.block.heartbeat == block.heartbeat;
+                                             }),
+                              unanswered_.end());
+        else
+            unanswered_.push_back({seen.sent, block});
+    }
+
     // Compares with a block of some periods ago.
     void look_back(const machine &facts, sent_block now) {
         constexpr std::size_t remembered = 12;
@@ -175,7 +202,7 @@ class slew_invariant : public invariant {
     time_ns read_ns_ = 0;             // … and was sent then
     std::optional<written_block> before_;
     const machine *author_ = nullptr;  // of before_
-    std::deque<sent_block> past_;
+    std::deque<sent_block> past_, unanswered_;
 };
 
 // What the PLC hands to the NC is within the PLC's own size, whoever writes (docs/plc.md).
