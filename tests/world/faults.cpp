@@ -345,9 +345,21 @@ stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
     return drawn.one_in(5) ? own : drawn.one_of(of_any);
 }
 
+// Several writes without a reply while each of them may still take effect (docs/decisions/0003).
+bool fault_injector::is_lost_again(const fakeplc::byte_string &request) {
+    if (due(series_of_losses_)) {
+        const machine &facts = of_.running();
+        const time_ns late_ns = (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+        loses_until_ = of_.time.now() + chance(fault_kind::loss).time_between(late_ns, 6 * late_ns);
+        note(fault_kind::loss, "one write in four has no reply");
+    }
+    return active_ && of_.time.now() < loses_until_ && request[0] != 3 &&
+           chance(fault_kind::loss).one_in(4);
+}
+
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     reply_fate fate;
-    fate.lost = due(lost_replies_) || is_mute(request);
+    fate.lost = due(lost_replies_) || is_mute(request) || is_lost_again(request);
     fate.ignored = active_ && of_.time.now() < silent_until_;
     fate.twice = due(twice_);
     const bool storms = active_ && of_.time.now() < resets_until_ && ++writes_ % 3 == 0;

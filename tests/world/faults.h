@@ -165,6 +165,7 @@ class fault_injector : public call_faults,
     void plan_muteness();
     bool is_read_back(const fakeplc::byte_string &request) const;
     bool is_mute(const fakeplc::byte_string &request) const;
+    bool is_lost_again(const fakeplc::byte_string &request);
     stray_reply draw_stray(const fakeplc::byte_string &request);
     bool is_late_write(std::size_t bytes);
     time_ns draw_delay();
@@ -219,9 +220,9 @@ class fault_injector : public call_faults,
         stalls_{fault_kind::loss, 5000}, resets_{fault_kind::reset, 5000},
         refused_calls_{fault_kind::refuse, 3000}, short_calls_{fault_kind::partial, 20},
         flips_{fault_kind::wire, 2000}, lost_replies_{fault_kind::loss, 500},
-        twice_{fault_kind::twice, 500}, lost_ends_{fault_kind::reset, 1000},
-        exceptions_{fault_kind::exception, 500}, torn_readings_{fault_kind::exception, 200},
-        strays_{fault_kind::stray, 300};
+        series_of_losses_{fault_kind::loss, 600}, twice_{fault_kind::twice, 500},
+        lost_ends_{fault_kind::reset, 1000}, exceptions_{fault_kind::exception, 500},
+        torn_readings_{fault_kind::exception, 200}, strays_{fault_kind::stray, 300};
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;
@@ -233,6 +234,7 @@ class fault_injector : public call_faults,
     time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
+    time_ns loses_until_ = 0;        // replies to writes get lost again and again
     time_ns silent_until_ = 0;       // its server answers nothing …
     // … or no writes, or does not return the write block
     time_ns no_writes_until_ = 0, no_read_backs_until_ = 0;
