@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <regex>
 #include <set>
 
 #include "host-tools/formats/text.h"
@@ -655,15 +656,16 @@ class log_invariant : public invariant {
         const auto at = line.find(" s: ");
         return at == std::string::npos ? "" : line.substr(at + 4, line.find(' ', at + 4) - at - 4);
     }
-    // With the same mode, reason and signal, and no line between that may have had others.
+    // With the same mode, reason, signal and words, and no line between that may have had others.
     void judge_repetition(const std::string &line) {
+        static const std::regex number(R"(-?[0-9.]+(e[-+]?[0-9]+)?( |$))");
         const auto at = line.find(" s: "), end = line.find(": signal ");
         if (line.find("left out)") != std::string::npos || end == std::string::npos) again_ = 0;
         if (at == std::string::npos || end == std::string::npos ||
-            draws_any(of_, {fault_kind::sensors, fault_kind::hostile, fault_kind::memory,
-                            fault_kind::foreign, fault_kind::wire, fault_kind::line}))
+            draws_any(of_, {fault_kind::hostile, fault_kind::memory, fault_kind::foreign,
+                            fault_kind::wire, fault_kind::line}))
             return;
-        const std::string told = line.substr(at, line.find(' ', end + 9) - at);
+        const std::string told = std::regex_replace(line.substr(at), number, "");
         again_ = told == told_ ? again_ + 1 : 0;
         told_ = told;
         if (again_ > 5)
@@ -671,7 +673,7 @@ class log_invariant : public invariant {
     }
     time_ns since_ns_ = 0;
     std::map<std::string, unsigned> lines_;
-    std::string told_;  // mode, reason and signal of the newest line about a missing one …
+    std::string told_;  // mode, reason, signal and words of the newest line about a missing one …
     int again_ = 0;     // … and the lines in a row that have them too
 };
 
