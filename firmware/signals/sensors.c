@@ -61,10 +61,13 @@ static void try_to_trust(const struct cb_config *config, struct cb_sensors_state
     state->us[at->j] = 0;
 }
 
-/* Takes the readings of all sensors, so that one pass compares values of one moment. */
+/* Takes the readings of all sensors, so that one pass compares values of one moment. What a sensor
+ * gave last accuses the others until its prediction has taken its place: a pass in which one stops
+ * reading counts for no time, and judges nobody. */
 static void begin_pass(const struct cb_config *config, const struct cb_signal_state *signals,
                        struct cb_sensors_state *state, int64_t since_us, int64_t now_us) {
     const float *center = config->pool + config->sensors.pool;
+    const uint32_t read = state->reads & ~state->doubted;
     state->reads = 0;
     for (unsigned j = 0; j < config->sensors_count; ++j) {
         const unsigned index = config->sensors.signal[j];
@@ -75,6 +78,7 @@ static void begin_pass(const struct cb_config *config, const struct cb_signal_st
         state->away[j] = signal->value - center[j];
     }
     state->elapsed_us = since_us < (int64_t)UINT32_MAX ? (uint32_t)since_us : UINT32_MAX;
+    if ((read & ~state->reads) != 0) state->elapsed_us = 0;
     state->pass_us = now_us;
     state->next = 0;
     state->worst = 0;
@@ -110,7 +114,8 @@ static void compare(const struct cb_config *config, const struct cb_signal_state
 static void judge(const struct cb_config *config, struct cb_sensors_state *state,
                   struct cb_counters *counters) {
     const unsigned count = config->sensors_count;
-    const bool wrong = state->worst_square > config->sensors.threshold_square &&
+    const bool wrong = state->elapsed_us > 0 &&
+                       state->worst_square > config->sensors.threshold_square &&
                        state->us[state->worst] >= config->sensors.after_us;
     if (!wrong || 3u * (doubts(state) + 1u) > count) return;
     for (unsigned j = 0; j < count; ++j) {

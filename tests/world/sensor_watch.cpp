@@ -83,7 +83,11 @@ void sensor_watch::look(time_ns now, const std::vector<reading> &readings) {
     begins_ = false;
     looked_ns_ = now;
     keep(now, readings);
-    for (std::size_t j = 0; j < sensors_.size(); ++j) take_use(sensors_[j], readings[j], now);
+    for (std::size_t j = 0; j < sensors_.size(); ++j) {
+        if (!readings[j].fresh && !(readings[j].stale && sensors_[j].was_stale)) stopped_ns_ = now;
+        sensors_[j].was_stale = readings[j].stale;
+        take_use(sensors_[j], readings[j], now);
+    }
     judge(readings, now);
     for (std::size_t j = 0; j < sensors_.size(); ++j) step(j, now);
 }
@@ -193,7 +197,7 @@ void sensor_watch::judge(const std::vector<reading> &readings, time_ns now) {
         const std::size_t others = ones_of(doubtful & ~(1u << j));
         one.quiet.go_on(one.now.quiet, now);
         one.wrong.go_on(one.now.wrong && one.is != trust::doubted && 3 * (others + 1) <= n &&
-                            now - begun_ns_ > pass_ns_,
+                            now - begun_ns_ > pass_ns_ && now - stopped_ns_ > pass_ns_ + late_ns_,
                         now);
         one.off.go_on(one.now.off, now);
         one.agrees.go_on(one.now.agrees && one.now.safe && one.is != trust::sure, now);

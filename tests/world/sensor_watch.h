@@ -72,6 +72,7 @@ class sensor_watch {
         trust is = trust::sure;
         bool was_doubted = false;  // before it was either
         time_ns either_ns = 0;     // since then
+        bool was_stale = false;    // at the look before
         use used = use::reads;
         time_ns used_ns = -100 * second;  // since then
         // Within the threshold; so, or less wrong than another one; beyond it and the worst; beyond
@@ -116,6 +117,7 @@ class sensor_watch {
     };
     std::deque<moment> past_;
     time_ns looked_ns_ = 0, begun_ns_ = 0;
+    time_ns stopped_ns_ = -100 * second;  // a sensor may have stopped reading: no pass judges
     unsigned least_ = 0, most_ = 0;
     bool begins_ = true, counts_ = true;
 };

@@ -143,6 +143,21 @@ TEST(sensors, a_stale_one_accuses_no_other) {
     EXPECT_EQ(m.counters.sensors_doubted, 0u);
 }
 
+// Its last readings stay in the comparison until its prediction takes their place.
+TEST(sensors, a_wrong_one_that_falls_silent_accuses_no_other) {
+    for (int64_t wrong_s = 110; wrong_s < 130; ++wrong_s) {
+        machine m(12);
+        m.run(600 * second_us, second_us, healthy);
+        m.run(wrong_s * second_us, second_us,
+              [](unsigned j, double v) { return j == 9 ? v + 60.0 : v; });
+        m.run(10 * second_us, second_us,
+              [](unsigned j, double v) { return j == 9 ? std::nan("") : v; });
+        const auto doubted = m.doubted();
+        EXPECT_TRUE(doubted.empty() || doubted == std::vector<unsigned>{9}) << wrong_s;
+        EXPECT_LE(m.counters.sensors_doubted, 1u) << wrong_s;
+    }
+}
+
 // Its last reading agreed, and is one of long ago.
 TEST(sensors, a_mended_one_that_is_silent_is_not_trusted_again) {
     machine m(12);
