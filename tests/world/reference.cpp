@@ -614,7 +614,9 @@ judged_number reference_box::velocity_of(const signal &of, time_ns now) const {
     const judged_number given = {by.value / of.per_s, by.doubt / of.per_s};
     // The box looks within its exchange.
     if (now - by.other_ns <= by.max_age_ns - 17 * period_ns_ / 20) return given;
-    return {given.value, given.near + computed.near + std::fabs(given.value - computed.value)};
+    const double of_times = 0.01 * std::fabs(computed.value);  // as in look(), for the other one
+    return {given.value,
+            given.near + computed.near + of_times + std::fabs(given.value - computed.value)};
 }
 
 void reference_box::look(time_ns now) {
