@@ -111,6 +111,20 @@ class applied_invariant : public invariant {
             note(facts, c, applied_in(facts, c, seen), active ? elapsed_s : -most_s * 4);
         }
     }
+    // A PLC that interpolates begins at the tangent before, where the new one has its reference.
+    void take_lines(const machine &facts, std::size_t c, double &low, double &high) const {
+        const channel_facts &channel = facts.channels[c];
+        if (channel.tangent_signal.empty() || !facts.file().at("plc").contains("interpolate_ms"))
+            return;
+        for (std::size_t i = 1; i < sent_.size(); ++i) {
+            const written_block &from = sent_[i - 1].block, &to = sent_[i].block;
+            if (c >= std::min(from.um.size(), to.um.size())) continue;
+            const double way_um = 1e3 * from.slope[c] * (to.reference_mm[c] - from.reference_mm[c]);
+            const double um = std::clamp(from.um[c] + way_um, -channel.error_um, channel.error_um);
+            low = std::min(low, um);
+            high = std::max(high, um);
+        }
+    }
     // in : elapsed_s: of the box in ACTIVE; below 0: it is not
     void note(const machine &facts, std::size_t c, double um, double elapsed_s) {
         const channel_facts &channel = facts.channels[c];
@@ -124,6 +138,7 @@ class applied_invariant : public invariant {
             new_low = std::min(new_low, one.block.um[c]);
             new_high = std::max(new_high, one.block.um[c]);
         }
+        take_lines(facts, c, low, high);
         if (read_ns_ - start_ns_ < of_late) {  // a box that starts has sent zero so far
             low = std::min(low, 0.0);
             high = std::max(high, 0.0);

@@ -113,6 +113,8 @@ DEFECTS_OF_THE_PAST = [
       "if (nearest < CB_MAX_BANK_LAGS) continue;")),
     ("bounds-time-before-the-boot", "A state file with a time before the boot is refused",
      (OUTPUT + "state.c", "boottime_us >= -most_us &&", "boottime_us >= 0 &&")),
+    ("bounds-silent-sensor-accuses", "The last value of a broken sensor that falls silent accuses another one",
+     (SIGNALS + "sensors.c", "if ((read & ~state->reads) != 0) state->elapsed_us = 0;", "(void)read;")),
     ("bounds-interrupted-last-byte", "A read that a signal interrupts at the end of the events stops the daemon",
      (OUTPUT + "output_file.c", "while (got < 0 && errno == EINTR);\n    return got == 1;",
       "while (false);\n    return got == 1;")),

@@ -107,7 +107,7 @@ class run {
     static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
     static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
     static constexpr std::size_t old_record_bytes = 95000;
-    static constexpr const char *unfinished = ".new";  // behind the name of a file
+    static constexpr const char *unfinished = ".new";          // behind the name of a file
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
     // Files are kept more often where the faults of the run act on them.
     bool keeps_events() const { return options.seed % 2 == 1 || files_suffer_; }

@@ -162,6 +162,12 @@ const edge edges[] = {
      [](cb_loop &loop) {
          for (cb_signal_state &signal : loop.box->signals) signal.lag.hi += 0.01F;
      }},
+    // A sensor that is far off falls silent, and no other is doubted for it.
+    {"doubts", 448, 100, "sensors", nullptr},
+    // The PLC's velocity is as old as it may be, behind a jump of its position.
+    {"reference", 350, 1000, "sensors", nullptr},
+    // A PLC that goes on from one tangent to the next where a position jumps there and back.
+    {"applied", 319, 1900, "sensors", nullptr},
     // The one that keeps a line of the log back is another term than the first of a sum.
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
