@@ -516,8 +516,9 @@ void reference_box::move(signal &of, double change, time_ns at, double doubt) co
                            std::fabs(by_beats - by_clock);
         return;
     }
-    of.velocity += (by_clock - of.velocity) / 3;
-    of.velocity_near *= 2.0 / 3;
+    const double jump = (by_clock - of.velocity) / 3;
+    of.velocity += jump;
+    of.velocity_near = 2.0 / 3 * of.velocity_near + 0.01 * std::fabs(jump);  // of the times
     if (apart_ns > longest_ns + stamped) of.velocity = of.velocity_near = 0;
     if (std::llabs(apart_ns - longest_ns) <= stamped) of.velocity_near += std::fabs(of.velocity);
 }
