@@ -181,8 +181,8 @@ class reference_invariant : public invariant {
         const double most = beyond_um > 0 ? 0 : channel.slope_limit;
         const double to = std::clamp(1e-3 * slope.value, -most, most);
         const double near = 1e-3 * slope.near + 2 * channel.slope_unit;
-        if (std::fabs(to - was) + near > 0.97 * elapsed_s_ * channel.slope_slew_per_s) return;
-        if (std::fabs(is - to) > near)
+        const double step = 0.97 * elapsed_s_ * channel.slope_slew_per_s;
+        if (std::fabs(is - to) > std::max(std::fabs(to - was) - step, 0.0) + near)
             violated(fmt::format("the slope of {} is {} after {}, its terms have {} within {}",
                                  channel.name, is, was, to, near));
     }
