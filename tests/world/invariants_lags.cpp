@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -101,9 +102,11 @@ class lags_invariant : public invariant {
             lags_[key_of(record)].of_file = true;
         }
     }
-    // Another file may know a lag of the first file no more, or by another time constant.
-    void taken(const machine &, const machine &is) override {
+    // Another file may know a lag of the first file no more, or by another time constant; and its
+    // banks may hold their inputs within other ranges.
+    void taken(const machine &was, const machine &is) override {
         if (!judged_) return;
+        if (held_ranges(was) != held_ranges(is)) forget_banks();
         for (auto lag = lags_.begin(); lag != lags_.end();)
             lag = lag->second.of_file ? lags_.erase(lag) : std::next(lag);
         for (const json &signal : is.file().at("signals"))
@@ -150,6 +153,25 @@ class lags_invariant : public invariant {
         value_range tau_s;
         bool of_file;  // it was read, and no file written since
     };
+
+    static std::set<json> held_ranges(const machine &of) {
+        std::set<json> found;
+        for (const json &term : of.file().at("terms")) {
+            if (!term.contains("bank")) continue;
+            const json &bank = term.at("bank"), &inputs = bank.at("inputs");
+            for (std::size_t i = 0; i < inputs.size(); ++i) {
+                json one = {inputs[i]};
+                for (const char *key : {"input_min", "input_max", "margin"})
+                    if (bank.contains(key)) one.push_back(bank.at(key)[i]);
+                found.insert(one);
+            }
+        }
+        return found;
+    }
+    void forget_banks() {
+        for (auto lag = lags_.begin(); lag != lags_.end();)
+            lag = lag->first.signal.empty() ? lags_.erase(lag) : std::next(lag);
+    }
 
     static lag_key key_of(const state_file::record &record) {
         const std::string signal = record.name;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The rows of record and black box are what happened (docs/record.md): each has the mode, the
 // reason and the outputs of a block that the box sent then, and the signals of a reading. Each
-// change of mode or reason has a row, and each lag is where its signal leads it, over any pause. No
+// change of mode or reason has a row, and each lag is where its signal leads it. No
 // row is in two files of the black box.
 #include <fmt/core.h>
 
@@ -67,18 +67,8 @@ class rows_invariant : public invariant {
     void started() override {
         sent_.clear();
         read_.clear();
-        resumes_ = false;
         start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
         if (known_.empty()) known_ = blackbox_names();
-    }
-    void logged(const std::string &line) override {
-        unsigned resumed = 0, lags = 0;
-        const auto at = line.find(" lags go on after a pause");
-        const auto from = at == std::string::npos ? at : line.rfind(": ", at);
-        if (from != std::string::npos &&
-            std::sscanf(line.c_str() + from, ": %u of %u lags go on after a pause of %lf", &resumed,
-                        &lags, &pause_s_) == 3)
-            resumes_ = resumed == lags;
     }
     void exchanged(const exchange &seen) override {
         const bool judged = calm_ && of_.keeps_record();
@@ -230,19 +220,6 @@ class rows_invariant : public invariant {
         }
     }
 
-    // in : what the state file has of the lag and least and most of its input; what the first row
-    //      has, so much later. The input may have been anything in between.
-    void check_resumed(const std::string &lag, double y, double least, double most, double is,
-                       double later_s, double tau_s) {
-        const double way = -std::expm1(-later_s / tau_s);
-        const double near = 1e-3 + 1e-5 * std::fabs(y) + 0.3 * way * (most - least) +
-                            0.3 / tau_s * std::max(std::fabs(most - y), std::fabs(least - y));
-        const double low = y + way * (least - y), high = y + way * (most - y);
-        if (is < std::min(low, high) - near || is > std::max(low, high) + near)
-            violated(fmt::format("{} was {}, and {} s later it goes on at {}, not {} to {}", lag, y,
-                                 later_s, is, low, high));
-    }
-
     // By each two rows. Whether a row had a reading is not known: the lag goes on from the row
     // before or from the last one that changed, which the first rows of a file do not know. The
     // first row with a value behind rows without one has its reading.
@@ -252,9 +229,6 @@ class rows_invariant : public invariant {
             bool squares;
             double tau_s, y = 0, u = 0, at_s = -1, before_s = -1;
             bool is_missing = false;
-            // Of the row whose value the state file has: the daemon says how old that is.
-            // To a tenth of a second: the row before may be the one.
-            double saved_s = -1, saved_y = 0, saved_u = 0, before_u = 0;
         };
         std::vector<lag> lags;
         const nlohmann::json &file = of_.box_machine.file();
@@ -264,9 +238,7 @@ class rows_invariant : public invariant {
                                 entry.at("tau_s")});
         row_reader rows(text);
         while (rows.next()) {
-            const double unix_s = rows.number("unix_s");
-            const bool is_before = unix_s < start_s_ - 1e-3;
-            if (is_before && unix_s > start_s_ - pause_s_ + 0.06) continue;
+            if (rows.number("unix_s") < start_s_ - 1e-3) continue;
             const double now_s = rows.number("time_s");
             for (lag &one : lags) {
                 const bool was_missing = one.is_missing;
@@ -274,18 +246,6 @@ class rows_invariant : public invariant {
                 if (one.is_missing) continue;
                 const double y = rows.number(one.name), x = rows.number(one.of);
                 const double u = one.squares ? x * x : x;
-                if (is_before) {
-                    one.before_u = one.saved_s < 0 ? u : one.saved_u;
-                    one.saved_s = unix_s;
-                    one.saved_y = y;
-                    one.saved_u = u;
-                    continue;
-                }
-                if (resumes_ && start_s_ - pause_s_ - one.saved_s < 0.2)
-                    check_resumed(one.name, one.saved_y, std::min({u, one.saved_u, one.before_u}),
-                                  std::max({u, one.saved_u, one.before_u}), y, unix_s - one.saved_s,
-                                  one.tau_s);
-                one.saved_s = -1;
                 const bool same = y == one.y && u == one.u;
                 if (one.at_s >= 0 && !same) {
                     const double a = lagged(one.y, one.u, u, now_s - one.at_s, one.tau_s);
@@ -358,8 +318,6 @@ class rows_invariant : public invariant {
     }
 
     bool calm_, lags_judged_;
-    bool resumes_ = false;  // all lags, from values so old:
-    double pause_s_ = 0;
     double start_s_ = 0;
     std::vector<sent_block> sent_;  // by this daemon, by the wall clock
     std::vector<reading> read_, kept_;
