@@ -64,9 +64,11 @@ class counters_invariant : public invariant {
         mode_ = fakeplc::box_mode::standby;
         reasons_.clear();
         whole_ = false;
+        refused_ = refused_before_ = 0;
         newest_.clear();
     }
     void exchanged(const exchange &seen) override {
+        if (calm_) count_refusals(seen);
         if (!judged_ || seen.written.empty() || seen.sent < sent_ns_) return;
         sent_ns_ = seen.sent;
         const written_block &block = block_of(of_.author_of(seen), seen);
@@ -98,12 +100,30 @@ class counters_invariant : public invariant {
         judge_entries(box, "ramps", fakeplc::box_mode::ramp);
         judge_entries(box, "faults", fakeplc::box_mode::fault);
         if (!calm_) return;
+        // The newest reading may have come too late for the box.
+        const std::uint64_t refused = counted(box, "samples_implausible");
+        if (refused < refused_before_)
+            violated(fmt::format("samples_implausible is {}, {} values could not be taken", refused,
+                                 refused_before_));
         judge_none(box, of_the_box);
         judge_none(all.at("plc"), of_.box_machine.plc_device.empty() ? of_tcp : of_a_line);
         if (!draws(of_, fault_kind::sensors)) judge_none(box, of_sensors);
     }
 
   private:
+    // What is no number, or outside of its range for sure.
+    void count_refusals(const exchange &seen) {
+        constexpr double near = 4e-3;
+        const machine &facts = of_.running_at(seen.sent);
+        if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
+            return;
+        refused_before_ = refused_;
+        for (const fakeplc::shown_signal &shown : facts.map.signals) {
+            const signal_facts &signal = *facts.signal(shown.name);
+            const double value = signal_in(facts, shown, seen);
+            refused_ += !(value > signal.min - near && value < signal.max + near);
+        }
+    }
     void keep(const std::string &of, const std::string &counter, std::uint64_t value) {
         std::uint64_t &before = newest_[of + " " + counter];
         if (value < before)
@@ -143,9 +163,10 @@ class counters_invariant : public invariant {
     bool judged_, calm_;
     time_ns sent_ns_ = 0;  // the newest write
     unsigned mode_ = fakeplc::box_mode::standby;
-    bool whole_ = false;                         // all terms have had values
-    std::array<std::uint64_t, 6> modes_ = {};    // entries, as the PLC saw them
-    std::map<unsigned, std::uint64_t> reasons_;  // writes with each
+    std::uint64_t refused_ = 0, refused_before_ = 0;  // values of readings, but for the newest one
+    bool whole_ = false;                              // all terms have had values
+    std::array<std::uint64_t, 6> modes_ = {};         // entries, as the PLC saw them
+    std::map<unsigned, std::uint64_t> reasons_;       // writes with each
 };
 
 }  // namespace
