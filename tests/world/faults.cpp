@@ -71,6 +71,18 @@ fault_set few_kinds(dice &chance, const machine &of) {
     return kinds;
 }
 
+// One or two that hide nothing of what the box reads and writes, where most rules are exact.
+fault_set clear_kinds(dice &chance, const machine &of) {
+    std::vector<fault_kind> clear = {
+        fault_kind::sensors, fault_kind::sensors, fault_kind::sensors,   fault_kind::reload,
+        fault_kind::reload,  fault_kind::enable,  fault_kind::restart,   fault_kind::kill,
+        fault_kind::disk,    fault_kind::state,   fault_kind::power_cut, fault_kind::twice};
+    if (!of.nodes.empty()) clear.insert(clear.end(), 4, fault_kind::can);
+    fault_set kinds = {chance.one_of(clear)};
+    if (chance.one_in(3)) kinds.insert(chance.one_of(clear));
+    return kinds;
+}
+
 // Throws std::invalid_argument for another name.
 fault_kind kind_of(const std::string &name) {
     const auto found = std::find(names.begin(), names.end(), name);
@@ -133,6 +145,7 @@ fault_set swarm_of(std::uint64_t seed) {
     const std::uint64_t drawn = chance.below(20);
     if (drawn < 3) return {};
     if (drawn == 3) return every_kind();
+    if (drawn < 10) return clear_kinds(chance, machine_of(seed));
     if (drawn < 17) return few_kinds(chance, machine_of(seed));
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
