@@ -561,6 +561,7 @@ void reference_box::follow() {
         const double held = std::clamp(of.value, one.min, one.max);
         const double u = std::pow(held, static_cast<int>(one.power));
         const double doubt = one.power == 1 ? of.doubt : 2 * std::fabs(of.max) * of.doubt;
+        one.before = one.known ? one.y : u;
         if (!one.known) {
             one.y = u;
             const double largest = std::max(std::fabs(of.max), std::fabs(of.min));
@@ -651,6 +652,12 @@ void reference_box::look(time_ns now) {
     }
     used_.insert(used_.end(), hidden_.begin(), hidden_.end());
     unsure_.insert(unsure_.end(), hidden_near_.begin(), hidden_near_.end());
+    // Until the box takes a new sample, its lags are where the one before left them.
+    for (const lag &one : lags_) {
+        const signal &of = signals_[one.of];
+        if (!of.from_plc && now - of.at_ns < of.waits_ns)
+            unsure_[one.to] += std::fabs(one.y - one.before);
+    }
 }
 
 double reference_box::sum_of(std::size_t channel, const values &at) const {

@@ -135,8 +135,9 @@ class reference_box {
         std::string key = "";            // that of the same lag in another file
         bool known = false;
         double y = 0, u = 0;
-        double near = 0;   // by the times of samples, of which the box has its own, and by doubt
-        double doubt = 0;  // of u
+        double before = 0;  // y, by the value before
+        double near = 0;    // by the times of samples, of which the box has its own, and by doubt
+        double doubt = 0;   // of u
         time_ns at_ns = 0;
     };
     struct play {

@@ -29,6 +29,7 @@ import mutants  # noqa: E402
 # for their recovery too, and the last have silences beyond 31 bits of µs.
 ROUNDS = [("swarm", 2500, 200), ("swarm", 6000, 40), ("sensors", 90000, 3)]
 VIOLATION = re.compile(r"^violation of (.+?) at .*cycle (\d+) of seed (\d+): (.*)$")
+REPLAY = re.compile(r"^replay: .* --faults (\S+)$")
 TABLE = "<!-- table: scripts/report mutants --write -->\n"
 ROW = re.compile(r"^\| (\S+) \| [^|]* \| ([^|]*?) \| ([\d.]+) \| "
                  r"(?:`--seeds (\d+) --cycles (\d+) --faults ([\w,]+)`|) \|$")
@@ -96,14 +97,16 @@ def build(folder, program, log):
 
 def look(program, unchanged, run, last):
     """Runs the seeds up to the last, until the first violation that the unchanged program does not have."""
-    found = Outcome()
+    found, violation = Outcome(), None
     with subprocess.Popen([program, "--no-shrink", *run.options(last)], stdout=subprocess.PIPE,
                           stderr=subprocess.DEVNULL, text=True, errors="replace") as process:
         for line in process.stdout:
-            violation = VIOLATION.match(line)
-            if not violation:
+            violation = VIOLATION.match(line) or violation
+            # With the kinds that the seed drew: a row holds when other kinds are drawn later.
+            replay = REPLAY.match(line)
+            if not replay:
                 continue
-            here = Run(int(violation[3]), run.cycles, run.faults)
+            here = Run(int(violation[3]), run.cycles, replay[1])
             if unchanged.passes(here):
                 found = Outcome(violation[1], violation[4], here)
                 os.kill(process.pid, signal.SIGKILL)  # kill() would reap it before wait4()

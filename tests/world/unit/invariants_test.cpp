@@ -141,6 +141,9 @@ const edge edges[] = {
     // A sample that the box has not taken yet is old behind a long silence.
     {"reference", 23, 2000, "sensors",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
+    // A lag of a sample that the box has not taken yet.
+    {"reference", 7019, 400, "none",
+     to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
     // Two samples come between the box's step and its write.
     {"reference", 1157, 300, "none",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
