@@ -439,6 +439,7 @@ void reference_box::start(bool has_state) {
     if (watch_) watch_->begin();
     for (auto &one : signals_) {
         one.known = false;
+        one.at_ns = one.other_ns = one.before_ns = -never / 2;  // nothing of another daemon's
         one.velocity = one.velocity_near = one.doubt = 0;
     }
     for (auto &one : lags_) one.known = false;

@@ -144,6 +144,8 @@ const edge edges[] = {
     // A lag of a sample that the box has not taken yet.
     {"reference", 7019, 400, "none",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
+    // The first sample of a daemon comes soon behind the last one of the daemon before.
+    {"reference", 7041, 160, "kill,sensors", nullptr},
     // Two samples come between the box's step and its write.
     {"reference", 1157, 300, "none",
      to_channels([](cb_channel_config &channel) { channel.deadband_um = channel.limit_um; })},
