@@ -1332,7 +1332,7 @@ DEFECTS_BY_OTHERS = [
       "    if (gone")),
     ("other-slope-until-error",
      "The slope goes to zero only beyond error_um instead of limit_um, so the PLC extrapolates an output "
-     "that stands at its limit beyond the limit.",
+     "that is at its limit beyond the limit.",
      (BOX + "tangent.c",
       "    if (!(cb_abs(wanted_um) <= channel->limit_um)) return 0.0f;\n",
       "    if (!(cb_abs(wanted_um) <= channel->error_um)) return 0.0f;\n")),
@@ -1400,7 +1400,7 @@ DEFECTS_BY_OTHERS = [
       "    slope->sign = 1;\n")),
     ("other-refusal-never-certain",
      "The request is counted before it is asked whether it was the only one, so on RTU no refusal is ever "
-     "certain and a PLC that refuses writes never leads to the fault that says so.",
+     "certain and a PLC that refuses writes never leads to the fault that reports it.",
      ("firmware/wire/rtu_dialog.c",
       "    const bool certain = dialog->requests == 0 && !dialog->probed_twice;\n"
       "    ++dialog->requests;\n",
