@@ -18,6 +18,10 @@ long cb_read_to_end(int fd, char *text, size_t size) {
     return (long)length;
 }
 
+bool cb_read_at(int fd, int64_t at, char *to, size_t bytes) {
+    return lseek(fd, at, SEEK_SET) == at && cb_read_to_end(fd, to, bytes) == (long)bytes;
+}
+
 /* O_NONBLOCK has no effect on a regular file. */
 long cb_whole_file_read(const char *path, char *text, size_t size, struct stat *there,
                         const char **why) {

@@ -116,8 +116,8 @@ DEFECTS_OF_THE_PAST = [
     ("bounds-silent-sensor-accuses", "The last value of a broken sensor that falls silent accuses another one",
      (SIGNALS + "sensors.c", "if ((read & ~state->reads) != 0) state->elapsed_us = 0;", "(void)read;")),
     ("bounds-interrupted-last-byte", "A read that a signal interrupts at the end of the events stops the daemon",
-     (OUTPUT + "output_file.c", "while (got < 0 && errno == EINTR);\n    return got == 1;",
-      "while (false);\n    return got == 1;")),
+     (OUTPUT + "output_file.c", "if (!cb_read_at(fd, *bytes - 1, &last, 1)) return errno;",
+      "if (lseek(fd, *bytes - 1, SEEK_SET) < 0 || read(fd, &last, 1) != 1) return errno;")),
 ]
 
 LIMITS = [

@@ -9,6 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "hal/linux/whole_file.h"
+
 static int refused(int fd, int error) {
     if (fd >= 0) close(fd);
     errno = error;
@@ -50,21 +52,12 @@ size_t cb_output_write(int fd, const void *bytes, size_t size) {
     return done;
 }
 
-/* out: whether the byte at this place was read */
-static bool read_byte(int fd, int64_t at, char *byte) {
-    ssize_t got = -1;
-    if (lseek(fd, at, SEEK_SET) < 0) return false;
-    do got = read(fd, byte, 1);
-    while (got < 0 && errno == EINTR);
-    return got == 1;
-}
-
 /* out: 0; or errno. *bytes: size of the file with the end of its last line */
 static int end_last_line(int fd, int64_t *bytes) {
     char last = '\n';
     *bytes = lseek(fd, 0, SEEK_END);
     if (*bytes <= 0) return *bytes < 0 ? errno : 0;
-    if (!read_byte(fd, *bytes - 1, &last)) return errno;
+    if (!cb_read_at(fd, *bytes - 1, &last, 1)) return errno;
     if (last == '\n') return 0;
     ++*bytes;
     return cb_output_write(fd, "\n", 1) == 1 ? 0 : errno;

@@ -9,6 +9,7 @@
 
 #include "hal/linux/clock.h"
 #include "hal/linux/files/output_file.h"
+#include "hal/linux/whole_file.h"
 
 static void note_failure(struct cb_record *record, int error) {
     if (record->error == 0) record->error = error;
@@ -68,18 +69,6 @@ static bool take_end(struct cb_record *record, const char *text, size_t bytes) {
     return take_last_row(record, text + begin, end - begin);
 }
 
-/* Reads a part of the file; it goes on after a short read. out: whether all of it could be read */
-static bool read_part(int fd, int64_t at, char *to, size_t bytes) {
-    if (lseek(fd, at, SEEK_SET) != at) return false;
-    for (size_t done = 0; done < bytes;) {
-        const ssize_t now = read(fd, to + done, bytes - done);
-        if (now < 0 && errno == EINTR) continue;
-        if (now <= 0) return false;
-        done += (size_t)now;
-    }
-    return true;
-}
-
 /* in : bytes: size of the file; the buffer has no rows, because the file is read into it
  * out: rows may be appended behind whole_size */
 static bool goes_on(struct cb_record *record, int64_t bytes) {
@@ -88,9 +77,9 @@ static bool goes_on(struct cb_record *record, int64_t bytes) {
     const int64_t tail = bytes - header < most ? bytes - header : most;
     const int fd = tail < 0 ? -1 : open(record->path, O_RDONLY | O_NOFOLLOW | O_CLOEXEC);
     if (fd < 0) return false;
-    bool good = read_part(fd, 0, record->buffer, record->header_used) &&
+    bool good = cb_read_at(fd, 0, record->buffer, record->header_used) &&
                 memcmp(record->buffer, record->header, record->header_used) == 0 &&
-                read_part(fd, bytes - tail, record->buffer, (size_t)tail);
+                cb_read_at(fd, bytes - tail, record->buffer, (size_t)tail);
     record->whole_size = bytes - tail;
     good = good && take_end(record, record->buffer, (size_t)tail);
     close(fd);
