@@ -34,7 +34,8 @@ struct cb_sensors_state {
                                     prediction */
     uint32_t us[CB_MAX_SENSORS]; /* time of disagreement; of a doubted one of agreement */
     int64_t pass_us;             /* start of this pass over all sensors; 0: none */
-    uint32_t elapsed_us;         /* from the start of the pass before to that of this one */
+    uint32_t elapsed_us;         /* from the start of the pass before to that of this one; 0:
+                                    this one judges nobody */
     uint32_t reads;     /* a bit of each: at the start of this pass not stale, not doubted */
     uint32_t doubted;   /* a bit of each; at most a third of all */
     float worst_square; /* largest z^2 of this pass so far … */

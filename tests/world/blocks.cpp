@@ -108,6 +108,13 @@ double signal_in(const machine &of, const fakeplc::shown_signal &signal, const e
            signal.zero;
 }
 
+void each_signal(const machine &of, const exchange &seen,
+                 const std::function<void(const std::string &, double)> &take) {
+    if (seen.duration == never || !is_reading(of, seen)) return;
+    for (const fakeplc::shown_signal &signal : of.map.signals)
+        take(signal.name, signal_in(of, signal, seen));
+}
+
 double applied_in(const machine &of, std::size_t c, const exchange &seen) {
     const fakeplc::taken_channel &channel = of.map.channels[c];
     if (!channel.applied_address) return std::nan("");

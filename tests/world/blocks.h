@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -71,6 +72,11 @@ bool is_refused_read_back(const machine &of, const exchange &seen);
 read_head head_of(const machine &of, const exchange &seen);
 // out: a signal of a reading, in its unit
 double signal_in(const machine &of, const fakeplc::shown_signal &signal, const exchange &seen);
+// Calls take(name, value) for each signal of a reading that has its reply.
+void each_signal(const machine &of, const exchange &seen,
+                 const std::function<void(const std::string &, double)> &take);
+// The box may take a value that is so far beyond the range of its signal.
+constexpr double at_a_limit = 4e-3;
 
 // out: what the PLC applies to a channel by a reading, in µm; NaN: it does not say
 double applied_in(const machine &of, std::size_t channel, const exchange &seen);

@@ -361,8 +361,7 @@ stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
 // Several writes without a reply while each of them may still take effect (docs/decisions/0003).
 bool fault_injector::is_lost_again(const fakeplc::byte_string &request) {
     if (due(series_of_losses_)) {
-        const machine &facts = of_.running();
-        const time_ns late_ns = (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+        const time_ns late_ns = longest_late(of_.running());
         loses_until_ = of_.time.now() + chance(fault_kind::loss).time_between(late_ns, 6 * late_ns);
         note(fault_kind::loss, "one write in four has no reply");
     }

@@ -162,7 +162,7 @@ class slew_invariant : public invariant {
     // Only time in which the PLC's heartbeat is alive counts, so T is as long or longer.
     void judge_late(const machine &facts, const exchange &seen, const written_block &block) {
         if (draws(of_, fault_kind::foreign)) return;
-        const time_ns late_ns = facts.heartbeat_timeout_us * us + 2 * facts.period_us * us;
+        const time_ns late_ns = longest_late(facts);
         while (!unanswered_.empty() && unanswered_.front().sent < seen.sent - late_ns)
             unanswered_.pop_front();
         for (const sent_block &one : unanswered_)

@@ -23,7 +23,8 @@ class causes_invariant : public invariant {
         : invariant(of, "causes"),
           judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})),
           names_judged_(judged_ && longest_lag(of) == 0 &&
-                        !draws_any(of, {fault_kind::reload, fault_kind::reader})) {}
+                        !draws_any(of, {fault_kind::reload, fault_kind::reader})),
+          terms_judged_(names_judged_ && !hides_exchanges(of)) {}
     void started() override {
         named_.clear();
         term_.clear();
@@ -34,8 +35,7 @@ class causes_invariant : public invariant {
         if (seen.written.empty()) return;
         const machine &facts = of_.author_of(seen);
         const written_block &block = block_of(facts, seen);
-        if (names_judged_ && !hides_exchanges(of_) && facts.map.detail)
-            judge_term(facts, block, seen.sent);
+        if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
         const unsigned detail =
             facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
         if (detail != detail_) since_ns_ = seen.sent;
@@ -89,10 +89,10 @@ class causes_invariant : public invariant {
   private:
     // A term in a line has its name from the detail of a block about then, which counts terms.
     void judge_term(const machine &facts, const written_block &block, time_ns sent) {
-        const nlohmann::json &terms = facts.file().at("terms");
         const std::size_t place = block.detail & 0xFFu, kind = block.detail >> 8;
-        if ((kind == faded || kind == drifted) && place > 0 && place <= terms.size()) {
-            const nlohmann::json &one = terms[place - 1];
+        const bool of_term = place > 0 && (kind == faded || kind == drifted);
+        if (of_term && place <= facts.file().at("terms").size()) {
+            const nlohmann::json &one = facts.file().at("terms")[place - 1];
             shown_[one.contains("outputs") ? one.at("outputs")[0] : one.at("name")] = sent;
         }
         if (term_.empty() || sent < term_ns_ + 4 * facts.period_us * us) return;
@@ -116,7 +116,7 @@ class causes_invariant : public invariant {
         }
     }
 
-    bool judged_, names_judged_;
+    bool judged_, names_judged_, terms_judged_;
     std::string named_;  // the signal in the newest line of a mode
     std::string term_;   // in a line that is not judged yet
     time_ns term_ns_ = 0;

@@ -113,16 +113,14 @@ class counters_invariant : public invariant {
   private:
     // What is no number, or outside of its range for sure.
     void count_refusals(const exchange &seen) {
-        constexpr double near = 4e-3;
         const machine &facts = of_.running_at(seen.sent);
         if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
             return;
         refused_before_ = refused_;
-        for (const fakeplc::shown_signal &shown : facts.map.signals) {
-            const signal_facts &signal = *facts.signal(shown.name);
-            const double value = signal_in(facts, shown, seen);
-            refused_ += !(value > signal.min - near && value < signal.max + near);
-        }
+        each_signal(facts, seen, [&](const std::string &of, double value) {
+            const signal_facts &signal = *facts.signal(of);
+            refused_ += !(value > signal.min - at_a_limit && value < signal.max + at_a_limit);
+        });
     }
     void keep(const std::string &of, const std::string &counter, std::uint64_t value) {
         std::uint64_t &before = newest_[of + " " + counter];

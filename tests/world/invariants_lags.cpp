@@ -9,9 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <tuple>
+#include <vector>
 
 #include "tests/world/blocks.h"
+#include "tests/world/interval.h"
 #include "tests/world/invariants.h"
+#include "tests/world/reference.h"
 #include "tests/world/run.h"
 #include "tests/world/state_file.h"
 
@@ -21,25 +25,12 @@ namespace {
 
 using nlohmann::json;
 
-struct value_range {
-    double low = 1e30, high = -1e30;
-    void take(double value) {
-        low = std::min(low, value);
-        high = std::max(high, value);
-    }
-    void take(const value_range &other) {
-        low = std::min(low, other.low);
-        high = std::max(high, other.high);
-    }
-    bool is_empty() const { return low > high; }
-};
-
 double to_the(double x, std::uint32_t power) {
     return std::pow(x, static_cast<double>(power));
 }
 
-value_range to_the(const value_range &of, std::uint32_t power) {
-    value_range made;
+interval to_the(const interval &of, std::uint32_t power) {
+    interval made = interval::none();
     made.take(to_the(of.low, power));
     made.take(to_the(of.high, power));
     if (power % 2 == 0 && of.low < 0 && of.high > 0) made.take(0);
@@ -55,9 +46,9 @@ class given_values {
         last_ = value;
     }
     // out: of at least that time
-    value_range within(time_ns now) {
+    interval within(time_ns now) {
         turn(now);
-        value_range all = newest_;
+        interval all = newest_;
         all.take(before_);
         return all;
     }
@@ -66,14 +57,14 @@ class given_values {
   private:
     void turn(time_ns now) {
         if (now - began_ < at_least) return;
-        before_ = now - began_ < 2 * at_least ? newest_ : value_range();
-        newest_ = {};
+        before_ = now - began_ < 2 * at_least ? newest_ : interval::none();
+        newest_ = interval::none();
         if (last_) newest_.take(*last_);
         before_.take(newest_);
         began_ = now;
     }
     time_ns began_ = 0;
-    value_range newest_, before_;
+    interval newest_ = interval::none(), before_ = interval::none();
     std::optional<double> last_;
 };
 
@@ -115,10 +106,9 @@ class lags_invariant : public invariant {
                     if (key.signal == signal.at("name")) lag.tau_s.take(signal.at("tau_s"));
     }
     void exchanged(const exchange &seen) override {
-        const machine &facts = of_.running_at(seen.sent);
-        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
-        for (const fakeplc::shown_signal &signal : facts.map.signals)
-            keep(signal.name, signal_in(facts, signal, seen));
+        if (!judged_) return;
+        each_signal(of_.running_at(seen.sent), seen,
+                    [this](const std::string &signal, double value) { keep(signal, value); });
     }
     void sampled(const std::string &signal, double value) override {
         if (judged_) keep(signal, value);
@@ -150,21 +140,19 @@ class lags_invariant : public invariant {
     struct known_lag {
         double y, input;
         time_ns at;
-        value_range tau_s;
+        interval tau_s;
         bool of_file;  // it was read, and no file written since
     };
 
-    static std::set<json> held_ranges(const machine &of) {
-        std::set<json> found;
+    using held_range = std::tuple<std::string, double, double>;  // input, and where it is held
+    static std::set<held_range> held_ranges(const machine &of) {
+        std::set<held_range> found;
         for (const json &term : of.file().at("terms")) {
             if (!term.contains("bank")) continue;
-            const json &bank = term.at("bank"), &inputs = bank.at("inputs");
-            for (std::size_t i = 0; i < inputs.size(); ++i) {
-                json one = {inputs[i]};
-                for (const char *key : {"input_min", "input_max", "margin"})
-                    if (bank.contains(key)) one.push_back(bank.at(key)[i]);
-                found.insert(one);
-            }
+            const std::vector<trained_range> ranges = ranges_of(term.at("bank"));
+            for (std::size_t i = 0; i < ranges.size(); ++i)
+                found.emplace(term.at("bank").at("inputs")[i], ranges[i].held(-1e30),
+                              ranges[i].held(1e30));
         }
         return found;
     }
@@ -182,19 +170,17 @@ class lags_invariant : public invariant {
         return static_cast<double>(record.hi) + static_cast<double>(record.lo);
     }
     void remember(const state_file::record &record, time_ns at) {
-        value_range tau_s;
-        tau_s.take(static_cast<double>(record.tau_s));
-        lags_[key_of(record)] = {value_of(record), static_cast<double>(record.input), at, tau_s,
-                                 false};
+        const auto tau_s = static_cast<double>(record.tau_s);
+        lags_[key_of(record)] = {
+            value_of(record), static_cast<double>(record.input), at, {tau_s, tau_s}, false};
     }
     void keep(const std::string &signal, double value) {
         const signal_facts *facts = of_.running().signal(signal);
-        if (facts == nullptr || !(value >= facts->min - near_limit) ||
-            !(value <= facts->max + near_limit))
+        if (facts == nullptr || !(value >= facts->min - at_a_limit) ||
+            !(value <= facts->max + at_a_limit))
             return;  // refused
         given_[signal].take(of_.time.now(), value);
     }
-    static constexpr double near_limit = 4e-3;
 
     void judge(const state_file::record &record, time_ns at) {
         const auto found = lags_.find(key_of(record));
@@ -203,11 +189,11 @@ class lags_invariant : public invariant {
         const double dt_s = 1e-9 * static_cast<double>(at - was.at);
         const bool other_tau = was.of_file && !(was.tau_s.low == static_cast<double>(record.tau_s));
         if (other_tau || of_.time.now() - was.at > given_values::at_least) return;
-        value_range tau_s = was.tau_s;
+        interval tau_s = was.tau_s;
         tau_s.take(static_cast<double>(record.tau_s));
-        const value_range input = input_of(record, was);
+        const interval input = input_of(record, was);
         const double y = value_of(record);
-        const value_range times = {dt_s - unsure_s(was.of_file), dt_s + unsure_s(was.of_file)};
+        const interval times = {dt_s - unsure_s(was.of_file), dt_s + unsure_s(was.of_file)};
         // Of the input, as far as it moves the lag, and of the two parts of the lag itself.
         const double size = std::fabs(was.y) + std::fabs(y);
         const double rounding =
@@ -221,21 +207,21 @@ class lags_invariant : public invariant {
                 record.name, record.lag_of, record.power, record.tau_s, y, was.y, dt_s, low, high));
     }
     // out: the furthest way towards `missing` in this direction
-    static double way(double missing, const value_range &times, const value_range &tau_s,
+    static double way(double missing, const interval &times, const interval &tau_s,
                       double direction) {
         const bool further = missing * direction > 0;
         const double from_s = std::max(further ? times.high : times.low, 0.0);
         return missing * -std::expm1(-from_s / (further ? tau_s.low : tau_s.high));
     }
     // out: all that the input may have been, to its power
-    value_range input_of(const state_file::record &record, const known_lag &was) {
+    interval input_of(const state_file::record &record, const known_lag &was) {
         const bool is_powered = record.name[0] != 0;  // in the file
-        value_range raw = range_of(record.lag_of);
-        value_range all;
+        interval raw = range_of(record.lag_of);
+        interval all = interval::none();
         for (const double value : {was.input, static_cast<double>(record.input)})
             is_powered ? all.take(value) : raw.take(value);
         if (is_powered) {
-            if (!raw.is_empty()) all.take(to_the(raw, record.power));
+            if (!raw.is_none()) all.take(to_the(raw, record.power));
             return all;
         }
         for (const json &term : of_.running().file().at("terms"))
@@ -243,32 +229,23 @@ class lags_invariant : public invariant {
         return to_the(all, record.power);
     }
     // What the source of a signal gave; a lag stays between that and where it is.
-    value_range range_of(const std::string &source_name) {
-        value_range all = given_[source_name].within(of_.time.now());
+    interval range_of(const std::string &source_name) {
+        interval all = given_[source_name].within(of_.time.now());
         for (const json &signal : of_.running().file().at("signals")) {
             if (signal.at("name") != source_name || !signal.contains("lag_of")) continue;
-            const value_range source = given_[signal.at("lag_of")].within(of_.time.now());
-            if (!source.is_empty()) all.take(to_the(source, signal.value("power", 1U)));
+            const interval source = given_[signal.at("lag_of")].within(of_.time.now());
+            if (!source.is_none()) all.take(to_the(source, signal.value("power", 1U)));
         }
         return all;
     }
     // Of each bank, where the range in which its input acts leaves it.
-    static void take_held(const json &bank, const std::string &signal, const value_range &raw,
-                          value_range &all) {
-        const json &inputs = bank.at("inputs");
-        for (std::size_t i = 0; i < inputs.size(); ++i) {
-            if (inputs[i] != signal) continue;
-            double low = -1e30, high = 1e30;
-            if (bank.contains("input_min")) {
-                low = bank.at("input_min")[i];
-                high = bank.at("input_max")[i];
-                const double margin = bank.contains("margin") ? bank.at("margin")[i].get<double>()
-                                                              : 0.1 * (high - low);
-                low -= margin;
-                high += margin;
-            }
-            all.take(std::clamp(raw.low, low, high));
-            all.take(std::clamp(raw.high, low, high));
+    static void take_held(const json &bank, const std::string &signal, const interval &raw,
+                          interval &all) {
+        const std::vector<trained_range> ranges = ranges_of(bank);
+        for (std::size_t i = 0; i < ranges.size(); ++i) {
+            if (bank.at("inputs")[i] != signal) continue;
+            all.take(ranges[i].held(raw.low));
+            all.take(ranges[i].held(raw.high));
         }
     }
 

@@ -70,17 +70,17 @@ class reference_invariant : public invariant {
     // Behind a write that may have an effect or not, and behind a silence, the box allows for both
     // for a while (docs/decisions/0003-what-the-plc-may-hold.md).
     static time_ns settled_behind(const machine &facts, const exchange &seen) {
-        return seen.sent + 4 * (facts.heartbeat_timeout_us + 2 * facts.period_us) * us;
+        return seen.sent + 4 * longest_late(facts);
     }
 
     void follow(const machine &facts, const written_block &block, const exchange &seen) {
         using namespace box_reason;
         const time_ns gap_ns = seen.sent - sent_ns_, period_ns = facts.period_us * us;
+        const bool on_time = 2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
         const bool follows =
-            block.mode == fakeplc::box_mode::active &&
+            on_time && block.mode == fakeplc::box_mode::active &&
             (block.reason == none || block.reason == degraded || block.reason == limited ||
-             block.reason == extrapolated || block.reason == drifted) &&
-            2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1;
+             block.reason == extrapolated || block.reason == drifted);
         steady_ = follows ? steady_ + 1 : 0;
         if (std::exchange(silent_, false) || (sent_ns_ > 0 && 2 * gap_ns >= 3 * period_ns))
             open_until_ns_ = settled_behind(facts, seen);
@@ -90,8 +90,7 @@ class reference_invariant : public invariant {
                                                 std::exchange(stepped_ns_, stepped_ns) - 500 * us);
         const bool settled_now = seen.sent > open_until_ns_;
         if (steady_ >= settled && settled_now && box_->knows()) judge(facts, block);
-        calm_ =
-            2 * gap_ns > period_ns && 2 * gap_ns < 3 * period_ns && readings_ == 1 ? calm_ + 1 : 0;
+        calm_ = on_time ? calm_ + 1 : 0;
         if (calm_ >= settled && settled_now) judge_pause(facts, block);
         sent_ns_ = seen.sent;
         before_ = block;
@@ -137,9 +136,7 @@ class reference_invariant : public invariant {
             block.mode == fakeplc::box_mode::hold && before_.mode == fakeplc::box_mode::hold;
         for (std::size_t c = 0; holds && c < facts.channels.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
-            const double step = 0.97 * elapsed_s_ * channel.slope_slew_per_s;
-            const double most = std::max(std::fabs(before_.slope[c]) - step, 0.0);
-            if (std::fabs(block.slope[c]) > most + 2 * channel.slope_unit)
+            if (!comes_near(channel, 0, 2 * channel.slope_unit, before_.slope[c], block.slope[c]))
                 violated(fmt::format("the slope of {} is {} after {} in HOLD", channel.name,
                                      block.slope[c], before_.slope[c]));
         }
@@ -181,10 +178,16 @@ class reference_invariant : public invariant {
         const double most = beyond_um > 0 ? 0 : channel.slope_limit;
         const double to = std::clamp(1e-3 * slope.value, -most, most);
         const double near = 1e-3 * slope.near + 2 * channel.slope_unit;
-        const double step = 0.97 * elapsed_s_ * channel.slope_slew_per_s;
-        if (std::fabs(is - to) > std::max(std::fabs(to - was) - step, 0.0) + near)
+        if (!comes_near(channel, to, near, was, is))
             violated(fmt::format("the slope of {} is {} after {}, its terms have {} within {}",
                                  channel.name, is, was, to, near));
+    }
+
+    // out: whether a slope has come nearer by its rate, or is there
+    bool comes_near(const channel_facts &channel, double to, double near, double was,
+                    double is) const {
+        const double step = 0.97 * elapsed_s_ * channel.slope_slew_per_s;
+        return std::fabs(is - to) <= std::max(std::fabs(to - was) - step, 0.0) + near;
     }
 
     // Most steps need no look at how far the box may be from the reference.
@@ -334,7 +337,7 @@ class progress_invariant : public invariant {
         const written_block &block = block_of(facts, seen);
         const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
         const time_ns period_ns = facts.period_us * us;
-        const time_ns longest_ns = 6 * (facts.heartbeat_timeout_us * us + 2 * period_ns);
+        const time_ns longest_ns = 6 * longest_late(facts);
         const bool runs = block.mode == fakeplc::box_mode::active &&
                           (block.reason == none || block.reason == limited ||
                            block.reason == degraded || block.reason == extrapolated) &&

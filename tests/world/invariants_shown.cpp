@@ -39,10 +39,9 @@ class shown_invariant : public invariant {
         if (line.find("is running now") != std::string::npos) steady_ns_ = of_.time.now();
     }
     void exchanged(const exchange &seen) override {
-        const machine &facts = of_.running_at(seen.sent);
-        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
-        for (const fakeplc::shown_signal &signal : facts.map.signals)
-            keep(signal.name, signal_in(facts, signal, seen));
+        if (!judged_) return;
+        each_signal(of_.running_at(seen.sent), seen,
+                    [this](const std::string &signal, double value) { keep(signal, value); });
     }
     void sampled(const std::string &signal, double value) override {
         if (judged_ && signal[0] != 'H') keep(signal, value);  // a hand's stays until the next one
@@ -69,7 +68,6 @@ class shown_invariant : public invariant {
         double value;
     };
     static constexpr time_ns longest = 20 * second;  // for which a value is in use
-    static constexpr double at_a_limit = 4e-3;       // the box takes one that is so far beyond it
 
     void keep(const std::string &signal, double value) {
         std::deque<given> &values = values_[signal];

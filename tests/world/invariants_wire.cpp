@@ -100,7 +100,7 @@ class account_invariant : public invariant {
             return;
         if (of_.time.now() - start_ns_ > most_idle && idle_ns > most_idle)
             violated(fmt::format("no connection is begun for {} ms", idle_ns / ms));
-        if (is_proven() && of_.net.attempts == attempt_ && idle_ns > longest_start)
+        if (idle_ns > longest_start && of_.net.attempts == attempt_ && is_proven())
             violated(
                 fmt::format("a connection with {} readings and {} writes is lost, and none is "
                             "begun for {} ms",

@@ -90,6 +90,10 @@ std::optional<std::size_t> partner_of(const machine &of, std::size_t channel);
 //      that lasts comes before the step too.
 time_ns longest_between_steps(const machine &of);
 
+// out: for so long a write without a reply may take effect, while the PLC's heartbeat is alive
+//      (T of docs/decisions/0003-what-the-plc-may-hold.md)
+time_ns longest_late(const machine &of);
+
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);
 // out: the machine of a seed

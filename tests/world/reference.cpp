@@ -25,16 +25,7 @@ double seconds_of(time_ns ns) {
     return 1e-9 * static_cast<double>(ns);
 }
 
-// The smallest and largest input that a trained model takes unchanged, and where it has faded to
-// nothing.
-struct trained_range {
-    double min = -1e30, max = 1e30, margin = 0, fade = 1;
-    double held(double x) const { return std::clamp(x, min - margin, max + margin); }
-    double weight(double x) const {
-        const double beyond = std::max(x - max, min - x) - margin;
-        return 1 - std::clamp(beyond / fade, 0.0, 1.0);
-    }
-};
+}  // namespace
 
 std::vector<trained_range> ranges_of(const json &net) {
     std::vector<trained_range> ranges(net.contains("input_min") ? 0 : net.at("inputs").size());
@@ -48,8 +39,6 @@ std::vector<trained_range> ranges_of(const json &net) {
     }
     return ranges;
 }
-
-}  // namespace
 
 double polyline_at(const numbers &at, const numbers &values, double x) {
     if (std::isnan(x)) return unknown;
@@ -438,8 +427,8 @@ void reference_box::start(bool has_state) {
     has_state_ = has_state;
     if (watch_) watch_->begin();
     for (auto &one : signals_) {
+        if (one.known) one.at_ns = one.other_ns = one.before_ns = -never / 2;  // another daemon's
         one.known = false;
-        one.at_ns = one.other_ns = one.before_ns = -never / 2;  // nothing of another daemon's
         one.velocity = one.velocity_near = one.doubt = 0;
     }
     for (auto &one : lags_) one.known = false;

@@ -7,6 +7,7 @@
 // is judged by it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -23,6 +24,19 @@
 namespace compbox::world {
 
 struct exchange;
+
+// The smallest and largest input that a trained model takes unchanged, and where it has faded to
+// nothing.
+struct trained_range {
+    double min = -1e30, max = 1e30, margin = 0, fade = 1;
+    double held(double x) const { return std::clamp(x, min - margin, max + margin); }
+    double weight(double x) const {
+        const double beyond = std::max(x - max, min - x) - margin;
+        return 1 - std::clamp(beyond / fade, 0.0, 1.0);
+    }
+};
+// out: one for each input of a bank or network that names its training range; else as of no range
+std::vector<trained_range> ranges_of(const nlohmann::json &net);
 
 double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
 double bspline_at(const std::vector<double> &knots, std::size_t degree,

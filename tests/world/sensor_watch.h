@@ -6,30 +6,16 @@
 // holds for all moments in which it may have done so.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <deque>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "tests/world/interval.h"
 #include "tests/world/scheduler.h"
 
 namespace compbox::world {
-
-struct interval {
-    double low = 0, high = 0;
-    double width() const { return high - low; }
-    interval moved(double by, double wider) const { return {low + by - wider, high + by + wider}; }
-    void take(double value) {
-        low = std::min(low, value);
-        high = std::max(high, value);
-    }
-    void take(const interval &other) {
-        take(other.low);
-        take(other.high);
-    }
-};
 
 class sensor_watch {
   public:
