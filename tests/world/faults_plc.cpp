@@ -475,8 +475,8 @@ void fault_injector::disturb_redundant() {
     const auto lasts = static_cast<time_ns>(drawn.log_between(300e6, 20e9));
     for (int more = drawn.one_in(4) ? 2 : 1; more > 0; --more) {
         const auto &sensor = drawn.one_of(of_.box_machine.redundant);
-        const double off =
-            sensor.contradicts * drawn.log_between(0.3, 10) * (drawn.one_in(2) ? -1 : 1);
+        const double size = sensor.contradicts * drawn.log_between(0.3, 10);
+        const double off = drawn.one_in(2) ? -size : size;
         const bool drifts = drawn.one_in(3), stays = drawn.one_in(3);
         note(fault_kind::sensors, fmt::format("{} {} off by {:.3g} K for {} ms", sensor.name,
                                               drifts ? "drifts" : "is", off, lasts / ms));

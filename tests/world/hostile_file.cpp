@@ -91,9 +91,11 @@ void add_bytes(std::string &text, dice &chance) {
         case 1:
             text += text;
             break;
-        case 2:
-            text.insert(chance.below(text.size() + 1), std::string(1 + chance.below(9), '\0'));
+        case 2: {
+            const std::string zeros(1 + chance.below(9), '\0');
+            text.insert(chance.below(text.size() + 1), zeros);
             break;
+        }
         case 3:
             text.insert(chance.below(text.size() + 1), std::string(300000, ' '));
             break;
