@@ -186,11 +186,14 @@ static void find_plc(struct cb_box *box, const struct cb_inputs *in, struct step
 }
 
 /* in : held_um, value of the register that was read back
- * out: true if it is not the value that was sent, so another client writes to the register */
+ * out: true if it is neither the value that was sent nor one of an earlier write that may act late,
+ *      so another client writes to the register */
 static bool is_foreign(const struct cb_channel_config *channel,
                        const struct cb_channel_state *state, float held_um) {
-    const float unit_um = cb_channel_raw_unit_um(channel);
-    return !(cb_abs(held_um - state->sent_um) <= unit_um + cb_abs(state->sent_um) * 1e-6f);
+    const float low_um = state->possible_min_um, high_um = state->possible_max_um;
+    const float largest_um = cb_max(cb_abs(low_um), cb_abs(high_um));
+    const float near_um = cb_channel_raw_unit_um(channel) + largest_um * 1e-6f;
+    return !(held_um >= low_um - near_um && held_um <= high_um + near_um);
 }
 
 /* Compares the write block that was read back with the values sent, after a confirmed write.

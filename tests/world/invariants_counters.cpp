@@ -58,7 +58,12 @@ class counters_invariant : public invariant {
               of, {fault_kind::memory, fault_kind::hostile, fault_kind::wire, fault_kind::line})),
           calm_(judged_ && !hides_exchanges(of) &&
                 !draws_any(of, {fault_kind::twice, fault_kind::boundary, fault_kind::reload,
-                                fault_kind::disk})) {}
+                                fault_kind::disk})),
+          alone_(judged_ &&
+                 !draws_any(of, {fault_kind::foreign, fault_kind::plc_stop, fault_kind::boundary,
+                                 fault_kind::reload, fault_kind::stray, fault_kind::twice,
+                                 fault_kind::partial, fault_kind::restart, fault_kind::kill,
+                                 fault_kind::power_cut})) {}
     void started() override {
         modes_ = {};
         mode_ = fakeplc::box_mode::standby;
@@ -99,6 +104,10 @@ class counters_invariant : public invariant {
         judge_entries(box, "holds", fakeplc::box_mode::hold);
         judge_entries(box, "ramps", fakeplc::box_mode::ramp);
         judge_entries(box, "faults", fakeplc::box_mode::fault);
+        if (alone_ && counted(box, "registers_foreign") > 0)
+            violated(
+                fmt::format("{} registers are not as the box wrote them, and nobody else writes",
+                            counted(box, "registers_foreign")));
         if (!calm_) return;
         // The newest reading may have come too late for the box.
         const std::uint64_t refused = counted(box, "samples_implausible");
@@ -159,6 +168,7 @@ class counters_invariant : public invariant {
 
     std::map<std::string, std::uint64_t> newest_;  // counters of this daemon
     bool judged_, calm_;
+    bool alone_;           // no other client writes, and the PLC keeps what was written
     time_ns sent_ns_ = 0;  // the newest write
     unsigned mode_ = fakeplc::box_mode::standby;
     std::uint64_t refused_ = 0, refused_before_ = 0;  // values of readings, but for the newest one

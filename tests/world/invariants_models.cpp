@@ -349,8 +349,8 @@ class sigma_invariant : public invariant {
     void compare(const json &stated, const json &term, const json &signals) {
         const json &bank = term.at("bank");
         if (bank.at("tau_s") != json::array({0}) || !stated.at("sigma_um").is_number() ||
-            draws_any(of_, {fault_kind::sensors, fault_kind::can, fault_kind::line,
-                            fault_kind::wire, fault_kind::reload, fault_kind::suspend}))
+            hides_exchanges(of_) ||
+            draws_any(of_, {fault_kind::sensors, fault_kind::can, fault_kind::reload}))
             return;
         const std::string input = bank.at("inputs")[0];
         if (squares_.count(input) > 0) return;  // which moves far

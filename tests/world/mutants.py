@@ -118,6 +118,12 @@ DEFECTS_OF_THE_PAST = [
     ("bounds-interrupted-last-byte", "A read that a signal interrupts at the end of the events stops the daemon",
      (OUTPUT + "output_file.c", "if (!cb_read_at(fd, *bytes - 1, &last, 1)) return errno;",
       "if (lseek(fd, *bytes - 1, SEEK_SET) < 0 || read(fd, &last, 1) != 1) return errno;")),
+    ("bounds-own-late-write-accused", "A write of the box that acts late is taken for one of another client",
+     (BOX + "box.c",
+      "    const float low_um = state->possible_min_um, high_um = state->possible_max_um;\n"
+      "    const float largest_um = cb_max(cb_abs(low_um), cb_abs(high_um));\n",
+      "    const float low_um = state->sent_um, high_um = state->sent_um;\n"
+      "    const float largest_um = cb_max(cb_abs(low_um), cb_abs(high_um));\n")),
 ]
 
 LIMITS = [

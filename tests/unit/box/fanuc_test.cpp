@@ -347,6 +347,28 @@ TEST(box_applied, what_another_client_left_in_a_register_is_counted_and_named) {
     EXPECT_DOUBLE_EQ(rig.written(4), -40);
 }
 
+// A write without a reply may act behind the next ones (docs/decisions/0003).
+TEST(box_applied, an_own_write_that_acts_late_is_none_of_another_client) {
+    box_rig rig(simple());
+    rig.position(8, 400);
+    rig.steps(38);
+    rig.position(8, 200);
+    rig.step();
+    const double late_um = rig.written(4);
+    rig.write = CB_TRANSFER_UNKNOWN;
+    rig.step();
+    rig.write = CB_TRANSFER_OK;
+    rig.steps(2);
+    ASSERT_GT(std::fabs(rig.written(4) - late_um), 0.1);
+    ASSERT_EQ(cb_box_wants_held(rig.box.get()), CB_WANT_IF_ROOM);
+    for (const bool is_own : {true, false}) {
+        rig.in.held = CB_TRANSFER_OK;
+        put_int32(rig.in.held_registers + 4, is_own ? std::round(late_um * 100) : 1000000);
+        rig.step();
+        EXPECT_EQ(rig.box->counters.registers_foreign, is_own ? 0u : 1u);
+    }
+}
+
 // One reply that is lost does not end the watch; a PLC that never answers costs three writes.
 TEST(box_applied, read_backs_end_with_the_third_in_a_row_that_has_no_reply) {
     box_rig rig(simple());

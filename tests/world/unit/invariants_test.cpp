@@ -100,6 +100,11 @@ const edge edges[] = {
     // A refusal behind two probes of a serial line is uncertain.
     {"counters", 6000814, 20000, "exception",
      [](cb_loop &loop) { loop.box->counters.writes_refused = 0; }},
+    // A write on a connection that the box has given up acts behind the next one, and is read back.
+    {"counters", 6013, 2500, "delay,loss",
+     [](cb_loop &loop) { loop.box->counters.registers_foreign = 1; }},
+    // The temperature moves on while no reading comes, and the sigma is that of a second ago.
+    {"sigma", 5158, 2500, "loss,mute", nullptr},
     // The machine is suspended before the first step of a daemon.
     {"statistics", 8000231, 20000, "restart,suspend",
      [](cb_loop &loop) { loop.box->counters.clock_jumps = 0; }},
