@@ -251,6 +251,7 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
+    replace_what_is_read(site);
     return fate;
 }
 

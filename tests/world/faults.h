@@ -153,7 +153,9 @@ class fault_injector : public call_faults,
     void lose_velocity(const fakeplc::shown_signal &signal);
     void lie_about(const fakeplc::shown_signal &signal);
     void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
+    void replace_what_is_read(const call_site &site);
     void lie_about_applied(dice &drawn);
+    void lie_about_another(std::size_t c, time_ns lasts, dice &drawn);
     void write_again_and_again(dice &drawn);
     void write_each(time_ns pause, time_ns until, int at, const std::vector<std::uint16_t> &words);
     void show_applied(const fakeplc::taken_channel &channel,

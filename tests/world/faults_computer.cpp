@@ -273,7 +273,9 @@ void fault_injector::plan_memory() {
         cb_config &config = loop->box->config;
         auto *const bytes = reinterpret_cast<unsigned char *>(&config);
         std::size_t at = drawn.below(sizeof config);
-        const bool in_use = drawn.one_in(2) && config.channels_count > 0;
+        // In one run of two nobody restarts the box before it has checked all of it twice.
+        const bool waits = dice(of_.options.seed, "slow check").one_in(2);
+        const bool in_use = drawn.one_in(2) && config.channels_count > 0 && !waits;
         if (in_use) {
             const cb_channel_config &one = config.channels[drawn.below(config.channels_count)];
             const auto *const limit = reinterpret_cast<const unsigned char *>(&one.limit_um);
@@ -286,7 +288,10 @@ void fault_injector::plan_memory() {
         if (in_use) of_.flipped_ns = std::min(of_.flipped_ns, of_.time.now());
         bytes[at] = static_cast<unsigned char>(bytes[at] ^ (1u << drawn.below(8)));
         note(fault_kind::memory, fmt::format("a bit of byte {} of the configuration", at));
-        later(drawn.time_between(2 * second, 40 * second), [this, start = of_.starts()] {
+        constexpr int passes = 1700;  // steps of the box
+        const time_ns stays = waits ? passes * of_.box_machine.period_us * us
+                                    : drawn.time_between(2 * second, 40 * second);
+        later(stays, [this, start = of_.starts()] {
             if (of_.starts() == start && of_.box.runs()) of_.stop_daemon();
         });
     });

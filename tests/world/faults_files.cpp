@@ -36,6 +36,20 @@ void fault_injector::plan_files() {
            [this] { older_state_ = of_.box.files.text(run::state_path); });
 }
 
+// Another file takes the name of one that the daemon has opened.
+void fault_injector::replace_what_is_read(const call_site &site) {
+    if (!has(fault_kind::reload) || of_.signer || std::strcmp(site.name, "read") != 0 ||
+        std::strcmp(site.path, run::config_path) != 0)
+        return;
+    dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "while it is read");
+    if (!own.one_in(6)) return;
+    const std::string text = another_file(of_.box_machine, own, of_.next_revision());
+    note(fault_kind::reload, fmt::format("revision {} by rename, during a read", of_.revision));
+    of_.box.files.replace(run::config_path, text);
+    of_.note_file(text);
+    of_.replaced_in_read_ns = of_.time.now();
+}
+
 void fault_injector::put_another_file() {
     dice &drawn = chance(fault_kind::reload);
     std::string text = another_file(of_.box_machine, drawn, of_.next_revision());

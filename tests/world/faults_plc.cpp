@@ -377,6 +377,18 @@ void fault_injector::lie_about_applied(dice &drawn) {
     note(fault_kind::foreign,
          fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));
     show_applied(channel, words, lasts);
+    dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "second lie");
+    if (shown.size() > 1 && own.one_in(3)) lie_about_another(own.one_of(shown), lasts, own);
+}
+
+// Meanwhile a second one is beyond its error_um.
+void fault_injector::lie_about_another(std::size_t c, time_ns lasts, dice &drawn) {
+    const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
+    const double far_um = of_.box_machine.channels[c].error_um * drawn.log_between(1.1, 10);
+    later(drawn.time_between(0, lasts), [this, &channel, far_um, lasts] {
+        note(fault_kind::foreign, fmt::format("it applies {} µm to {}", far_um, channel.name));
+        show_applied(channel, channel.format.encode(far_um / channel.scale_um), lasts);
+    });
 }
 
 // Shows it all the time, or comes and goes.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -546,6 +547,15 @@ class events_invariant : public invariant {
         changes_ += mode_ && *mode_ != mode;
         mode_ = mode;
     }
+    void ticked() override {
+        const time_ns now = of_.time.now();
+        if (hung_ups_.empty() || hung_ups_.back() != of_.box.hung_up_ns)
+            hung_ups_.push_back(of_.box.hung_up_ns);
+        if (!whole_.empty() && now - whole_.back().first < second) return;
+        const auto file = of_.box.files.find(run::events_path, false);
+        whole_.emplace_back(now, file == nullptr ? 0 : file->bytes.size());
+        if (whole_.size() > durable_s + 1) whole_.pop_front();
+    }
     void logged(const std::string &line) override {
         unsigned count = 0;
         const auto at = line.find(": (");
@@ -554,6 +564,7 @@ class events_invariant : public invariant {
             left_out_ += count;
     }
     void ended(const ending &how) override {
+        if (how.power_cut) judge_durable();
         check();
         if (!how.by_signal && how.code == 0) safe_ = lines_;
         if (of_.keeps_events() && !how.by_signal && changes_ > 2 && changes_ < few &&
@@ -610,6 +621,31 @@ class events_invariant : public invariant {
                                 text.find(", revision ") != std::string::npos;
         if (event.contains("file") && !is_of_file)
             violated("an event has the facts of a coefficient file, and is not about one: " + text);
+        if (event.contains("file") && event.at("file").contains("requested_by") &&
+            longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
+            judge_request(event);
+    }
+    // A request by SIGHUP is one for the file that is read then.
+    void judge_request(const nlohmann::json &event) {
+        const time_ns at = of_.time.now() - of_.box.boottime() +
+                           static_cast<time_ns>(1e9 * event.at("boot_s").get<double>());
+        const bool is_known = std::any_of(hung_ups_.begin(), hung_ups_.end(), [at](time_ns one) {
+            return one < at + second && at - one < 10 * second;
+        });
+        if (!is_known) violated("nobody requested this by a signal: " + event.value("text", ""));
+    }
+    // A line of some seconds ago is on the disk.
+    void judge_durable() {
+        const auto file = of_.box.files.find(run::events_path, false);
+        const std::size_t bytes = file == nullptr ? 0 : file->bytes.size();
+        if (whole_.size() > durable_s && bytes < whole_.front().second && !is_rotated() &&
+            longest_lag(of_) == 0 &&
+            !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
+                             fault_kind::partial}))
+            violated(fmt::format("{} bytes of events are left of {} of {} ms before", bytes,
+                                 whole_.front().second,
+                                 (of_.time.now() - whole_.front().first) / ms));
+        whole_.clear();
     }
     // A long file takes another name (docs/events.md), with all of its lines.
     bool is_rotated() const {
@@ -617,10 +653,13 @@ class events_invariant : public invariant {
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;
-    std::size_t safe_ = 0;                           // of a daemon that ended with 0
-    std::uint64_t lost_ = 0, left_out_ = 0;          // by this daemon
-    bool rotated_ = false;                           // the file before has some of its events
-    static constexpr std::uint64_t most_untold = 2;  // of the lines that are left out
+    std::size_t safe_ = 0;  // of a daemon that ended with 0
+    static constexpr std::size_t durable_s = 4;
+    std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
+    std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last
+    std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
+    bool rotated_ = false;                               // the file before has some of its events
+    static constexpr std::uint64_t most_untold = 2;      // of the lines that are left out
     static constexpr std::uint64_t few = 15;  // changes, whose events the log's limit lets pass
     std::uint64_t modes_ = 0, changes_ = 0;   // events of this daemon; what the PLC saw
     std::optional<unsigned> mode_;

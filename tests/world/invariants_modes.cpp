@@ -78,11 +78,15 @@ class evidence_invariant : public invariant {
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
         if (!head.whole) return;
-        if (beats_ == 0 || head.heartbeat != beat_) {
-            beat_ = head.heartbeat;
+        // Behind a silence nobody knows when it moved.
+        const time_ns silent_ns =
+            seen.sent - std::exchange(whole_ns_, std::max(whole_ns_, seen.sent));
+        const bool known = beats_ > 0 && silent_ns <= 5 * facts.period_us * us + lag_ns_;
+        if (beats_ == 0 || (known && head.heartbeat != beat_)) {
             beat_ns_ = std::max(beat_ns_, seen.sent);
             ++beats_;
         }
+        beat_ = head.heartbeat;
         if (head.enables() && head.references(facts))
             permitted_ns_ = std::max(permitted_ns_, seen.sent);
         if (!head.nc_alarm) calm_ns_ = std::max(calm_ns_, seen.sent);
@@ -93,6 +97,7 @@ class evidence_invariant : public invariant {
     time_ns refused_since_ns_ = never;  // the first of those in a row; never: the newest was taken
     time_ns lag_ns_, permitted_ns_ = -never / 2, beat_ns_ = -never / 2;
     time_ns calm_ns_ = -never / 2;  // without an alarm of the NC
+    time_ns whole_ns_ = 0;          // the newest whole reading
     std::uint16_t beat_ = 0;
     std::uint64_t beats_ = 0;  // different heartbeats
 };

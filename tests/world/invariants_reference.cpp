@@ -125,20 +125,20 @@ class reference_invariant : public invariant {
         }
     }
 
-    // A fault stays while its cause lasts, and in HOLD nothing follows an axis.
+    // A fault stays while its cause lasts, and only in ACTIVE anything follows an axis.
     void judge_pause(const machine &facts, const written_block &block) {
         using namespace box_reason;
         const bool ends = before_.mode == fakeplc::box_mode::fault && before_.reason == demand &&
                           block.mode != fakeplc::box_mode::fault && block.reason != stop &&
                           block.mode != fakeplc::box_mode::stopped;
         if (ends && box_->knows()) judge_end_of_demand(facts);
-        const bool holds =
-            block.mode == fakeplc::box_mode::hold && before_.mode == fakeplc::box_mode::hold;
-        for (std::size_t c = 0; holds && c < facts.channels.size(); ++c) {
+        const bool rests =
+            block.mode != fakeplc::box_mode::active && before_.mode != fakeplc::box_mode::active;
+        for (std::size_t c = 0; rests && c < facts.channels.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             if (!comes_near(channel, 0, 2 * channel.slope_unit, before_.slope[c], block.slope[c]))
-                violated(fmt::format("the slope of {} is {} after {} in HOLD", channel.name,
-                                     block.slope[c], before_.slope[c]));
+                violated(fmt::format("the slope of {} is {} after {} in mode {}", channel.name,
+                                     block.slope[c], before_.slope[c], block.mode));
         }
     }
     void judge_end_of_demand(const machine &facts) {

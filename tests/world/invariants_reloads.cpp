@@ -43,7 +43,9 @@ class reload_invariant : public invariant {
             draws_any(of_, {fault_kind::clock, fault_kind::reader, fault_kind::boundary}))
             return;
         const time_ns age_ns = of_.box.wall() - file->changed_ns;
-        if (age_ns < 900 * ms && of_.time.now() - of_.box.hung_up_ns > 5 * second)
+        const time_ns replaced_ns = of_.time.now() - of_.replaced_in_read_ns;
+        if (age_ns < 900 * ms && replaced_ns > second &&
+            of_.time.now() - of_.box.hung_up_ns > 5 * second)
             violated(fmt::format("a file is read {} ms behind its last change", age_ns / ms));
     }
     void faults_ended() override { quiet_ns_ = of_.time.now(); }

@@ -620,6 +620,59 @@ struct draft {
         return names.empty() ? others : names;
     }
 
+    // Likewise: curves whose breaks are not uniform. A span is computed where each break is near
+    // its uniform place, and searched for otherwise.
+    void draw_uneven_breaks() {
+        dice own(made.twin.seed, "uneven breaks");
+        for (auto &term : root["terms"]) {
+            if (own.one_in(2)) continue;
+            if (term["type"] == "bspline") shift_breaks(term["knots"], own);
+            if (term["type"] != "polyline" || term["name"] == "by_hand") continue;
+            shift_breaks(term["positions"], own);
+            if (term.contains("backward")) shift_breaks(term["backward"]["positions"], own);
+        }
+    }
+    // in : uniform breaks from 0 on, the ends any number of times
+    static void shift_breaks(json &breaks, dice &own) {
+        const double end = breaks.back();
+        const std::set<double> all(breaks.begin(), breaks.end());
+        const double apart = end / static_cast<double>(all.size() - 1);
+        const bool is_near = own.one_in(2);
+        for (json &one : breaks) {
+            const double at = one;
+            if (!(at > 0 && at < end)) continue;
+            const double place = is_near ? at + apart * own.between(-0.45, 0.45) : at * at / end;
+            one = rounded(place);
+        }
+    }
+
+    // Likewise: more networks and banks over an axis whose tangent the PLC follows, with ranges
+    // that it leaves.
+    void draw_followed_models() {
+        dice own(made.twin.seed, "followed models");
+        for (const auto &channel : root["channels"]) {
+            if (!channel.contains("tangent")) continue;
+            const std::string axis = channel["tangent"]["signal"];
+            for (auto &term : root["terms"]) {
+                if (term.contains("fade") || !own.one_in(2)) continue;
+                if (term["type"] == "bpnet" && term["inputs"][0] == axis)
+                    narrow_by_axis(term, own);
+                else if (term.contains("bank") && !term.contains("sigma") &&
+                         !term["bank"].contains("input_min") &&
+                         !term["bank"]["powers"].contains(axis) &&
+                         parts_of_terms().count(term["name"]) == 0)
+                    widen_bank_by_axis(term["bank"], axis, own);
+            }
+        }
+    }
+    void narrow_by_axis(json &net, dice &own) {
+        const double travel = travel_of(net["inputs"][0]);
+        made.models_fade = true;
+        net["input_min"][0] = rounded(travel * own.between(0.1, 0.4));
+        net["input_max"][0] = rounded(travel * own.between(0.5, 0.8));
+        net["fade"] = {rounded(travel * own.between(0.1, 0.5)), rounded(own.between(2, 20))};
+    }
+
     // Likewise: two banks with the same input and time constants, trained in other ranges.
     void draw_twin_banks() {
         dice own(made.twin.seed, "twin banks");
@@ -655,19 +708,22 @@ struct draft {
             const std::string other = own.one_in(2) ? own.one_of(made.temperatures)
                                                     : own.one_of(wired_or(made.temperatures));
             if (other == bank["inputs"][0] || bank.contains("input_min")) continue;
-            if (own.one_in(3) && parts_of_terms().count(term["name"]) == 0)
+            if (own.one_in(3) && parts_of_terms().count(term["name"]) == 0) {
                 widen_bank_by_axis(bank, own.one_of(axis_signals()), own);
-            else
-                widen_bank(bank, other, {rounded(own.between(-0.3, 0.3))}, own.one_in(2));
+            } else {
+                const bool before = own.one_in(2);
+                widen_bank(bank, other, {rounded(own.between(-0.3, 0.3))}, before);
+            }
         }
     }
     // Its slope has a part of each power.
     void widen_bank_by_axis(json &bank, const std::string &axis, dice &own) const {
         const double travel = travel_of(axis);
+        const bool before = own.one_in(2);
         widen_bank(
             bank, axis,
             {rounded(own.between(-5, 5) / travel), rounded(own.between(-5, 5) / (travel * travel))},
-            own.one_in(2));
+            before);
     }
     // in : a weight for each power from 1 on, the same for each time constant
     static void widen_bank(json &bank, const std::string &input, const std::vector<double> &weights,
@@ -893,7 +949,8 @@ struct draft {
             double constant = 0;
             for (std::size_t j = first; j < weights.size(); j += 2) {
                 term["inputs"].push_back(j == 0 ? json("R1_lag") : names[j]);
-                term["weights"].push_back(rounded(own.between(0.2, 1) * (own.one_in(2) ? -1 : 1)));
+                const double size = own.between(0.2, 1);
+                term["weights"].push_back(rounded(own.one_in(2) ? -size : size));
                 constant -= term["weights"].back().get<double>() * centers[j].get<double>();
             }
             term["constant"] = rounded(constant);
@@ -953,6 +1010,8 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_second_outputs();
     file.draw_wide_banks();
     file.draw_twin_banks();
+    file.draw_uneven_breaks();
+    file.draw_followed_models();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
     made.text = file.root.dump(1);

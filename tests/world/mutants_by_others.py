@@ -1420,4 +1420,155 @@ DEFECTS_BY_OTHERS = [
       "    *fed_steps = steps;\n"
       "    *fed_us = now_us;\n",
       "    *fed_us = now_us;\n")),
+    ("other-silence-is-enable-edge",
+     "A short silence of the PLC counts as if enable had been off, so its unchanged level afterwards is taken "
+     "for a new rising edge and the box goes from HOLD to ACTIVE without permit resume",
+     (BOX + "mode.c",
+      "    state->enable_was = events->enable;\n",
+      "    state->enable_was = events->enable && events->plc_ok;\n")),
+    ("other-foreign-names-first",
+     "The FAULT for a foreign applied value names the first channel that is merely unapplied, not the one that "
+     "is beyond error_um",
+     (BOX + "applied.c",
+      "    if ((foreign && !verdict->foreign) || (unapplied && verdict->channel == CB_NONE)) {\n",
+      "    if ((foreign || unapplied) && verdict->channel == CB_NONE) {\n")),
+    ("other-reload-bank-input-zero",
+     "After a reload the lags of a bank go on from an input of 0 instead of the last value of their signal",
+     (BOX + "adopt.c",
+      "        fresh->bank.time_us[i] = old->bank.time_us[k];\n"
+      "        fresh->bank.value[i] = old->bank.value[k];\n",
+      "        fresh->bank.time_us[i] = old->bank.time_us[k];\n")),
+    ("other-eight-digits-eleven-bits",
+     "A CAN identifier of eight digits below 0x800, such as 0x00000181, is taken for an 11-bit one",
+     ("firmware/load/signals.c",
+      "    *id = flags | (value > 0x7FF || digits == 8 ? value | CB_CAN_EXTENDED : value);\n",
+      "    *id = flags | (value > 0x7FF ? value | CB_CAN_EXTENDED : value);\n")),
+    ("other-slope-ramps-in-um",
+     "In RAMP and FAULT the slope for the control falls at ramp_um_per_s, as if it were in um, instead of at "
+     "its own slew",
+     (BOX + "limiter.c",
+      "    const bool ramps = ramp > 0.0f && !channel->is_slope; /* a slope is not in µm */\n",
+      "    const bool ramps = ramp > 0.0f;\n")),
+    ("other-own-pair-placed-apart",
+     "When contact returns after a reload, the box's own values of a pair are forced within the new difference "
+     "at once, in one step, because they are kept before the pair rule and not after it",
+     (BOX + "limiter.c",
+      "    join_targets(config, &ignored, place_um);\n"
+      "    for (unsigned i = 0; i < cb_all_channels(config); ++i)\n"
+      "        if (pair_is_own(config, channels, start, i)) place_um[i] = start[i].um;\n",
+      "    for (unsigned i = 0; i < cb_all_channels(config); ++i)\n"
+      "        if (pair_is_own(config, channels, start, i)) place_um[i] = start[i].um;\n"
+      "    join_targets(config, &ignored, place_um);\n")),
+    ("other-old-stop-still-counts",
+     "A run that wrote and ended without confirmation is stored as STOPPED if the run before it had ended "
+     "STOPPED",
+     (BOX + "state.c",
+      "    return box->life.wrote ? box->life.stop_confirmed : box->life.stopped_before;\n",
+      "    return box->life.stop_confirmed || box->life.stopped_before;\n")),
+    ("other-asked-probe-widens",
+     "A probe that is not taken, but asked for again, leaves the variance of the bias widened by the distance "
+     "of the state, once more with each such probe",
+     ("models/adapt.c",
+      "    const float narrow_d = state->bias_d;\n"
+      "    state->bias_d = widened(state, own);\n",
+      "    state->bias_d = widened(state, own);\n"),
+     ("models/adapt.c",
+      "    if (cb_adapt_was_taken(outcome))\n"
+      "        remember(state, own);\n"
+      "    else\n"
+      "        state->bias_d = narrow_d;\n",
+      "    if (cb_adapt_was_taken(outcome)) remember(state, own);\n")),
+    ("other-squareness-slope-of-position",
+     "The derivative of a volumetric term multiplies the squareness towards Z by the position of Z instead of "
+     "its rate",
+     ("models/volumetric.c",
+      "    const float y = rate->position_mm[CB_AXIS_Y], z = rate->position_mm[CB_AXIS_Z];\n",
+      "    const float y = rate->position_mm[CB_AXIS_Y], z = state->position_mm[CB_AXIS_Z];\n")),
+    ("other-span-never-above",
+     "On nearly uniform breaks the computed span is corrected downward only, so some positions are evaluated "
+     "with the polynomial of the span before theirs",
+     ("models/ppoly.c",
+      "    const uint32_t above = (x >= curve->breaks[span + 1]) & (span < last);\n"
+      "    return span - below + above;\n",
+      "    return span - below;\n")),
+    ("other-ramp-after-long-pause",
+     "After a pause longer than its time constant a lag weighs the change of its input by gain / h instead of "
+     "1 - gain / h",
+     ("models/lag.c",
+      "    if (h > 0.0f) gains.ramp = h <= 1.0f ? ramp_series(h) : 1.0f - gains.gain / h;\n",
+      "    if (h > 0.0f) gains.ramp = h <= 1.0f ? ramp_series(h) : gains.gain / h;\n")),
+    ("other-file-known-after-load",
+     "The version of the coefficient file is noted after it was read and not before, so a file that replaces "
+     "it meanwhile is never loaded",
+     (DAEMON + "reload.c",
+      "    char why[200];\n"
+      "    look(reload, &reload->known);\n"
+      "    reload->seen = reload->known;\n"
+      "    if (cb_loop_is_corrupt(loop)) return refuse_corrupt(reload);\n"
+      "    if (load(reload, &spare->config) && check(reload, now, &spare->config)) {\n",
+      "    char why[200];\n"
+      "    const bool corrupt = cb_loop_is_corrupt(loop);\n"
+      "    const bool good =\n"
+      "        !corrupt && load(reload, &spare->config) && check(reload, now, &spare->config);\n"
+      "    look(reload, &reload->known);\n"
+      "    reload->seen = reload->known;\n"
+      "    if (corrupt) return refuse_corrupt(reload);\n"
+      "    if (good) {\n")),
+    ("other-sender-sticks",
+     "The sender of a SIGHUP is not forgotten, so events about all later files, which the daemon noticed by "
+     "itself, name him as the one who requested them",
+     (DAEMON + "reload.c",
+      "    reload->sender.known = false;\n",
+      "")),
+    ("other-state-under-new-names",
+     "Right after a reload the state file is written with lags that still belong to the previous file, under "
+     "the names of the new one",
+     (DAEMON + "main.c",
+      "    /* right after a reload the newest lags still belong to the previous file */\n"
+      "    if (daemon->state_generation != daemon->generation) return;\n",
+      "")),
+    ("other-probe-pause-boot-clock",
+     "After a reboot the age of an adapted term is measured by the clock of the boot, not by the wall clock, "
+     "so its uncertainty grows by a wrong time",
+     (OUTPUT + "state.c",
+      "        if (pause == PAUSE_WALL_CLOCK) pause_us = now->unix_us - probe.unix_us;\n",
+      "        if (pause == PAUSE_WALL_CLOCK) pause_us = now->boottime_us - probe.boottime_us;\n")),
+    ("other-event-sync-put-off",
+     "Each event starts the second until the events are on the disk again, so a box that logs all the time "
+     "never syncs them",
+     (OUTPUT + "events.c",
+      "    if (events->error == 0 && events->sync_us == 0) events->sync_us = now.boottime_us;\n",
+      "    if (events->error == 0) events->sync_us = now.boottime_us;\n")),
+    ("other-snapshot-crc-last-read",
+     "The snapshot has the CRC of the file that was read last, also one that is refused or pending, beside the "
+     "revision of the running one",
+     (DAEMON + "main.c",
+      "                             daemon->crc32s[generation % 2], daemon->options.snapshot);\n",
+      "                             daemon->reload.loaded.facts.crc32, daemon->options.snapshot);\n")),
+    ("other-bus-forgets-delay",
+     "The deadline of a request on the sensor bus leaves the slave's delay out, so slow modules never reply in "
+     "time",
+     (LINUX + "bus.c",
+      "        now_us + cb_rtu_exchange_us(&line->line, &request, line->slave_delay_us) + MARGIN_US;\n",
+      "        now_us + cb_rtu_exchange_us(&line->line, &request, 0) + MARGIN_US;\n")),
+    ("other-failures-outlive-connection",
+     "The count of successive failures survives the connection, so the first late reply on a new one drops "
+     "that too",
+     (LINUX + "tcp.c",
+      "    tcp->awaiting = tcp->read_answered = tcp->write_answered = false;\n"
+      "    tcp->failures_in_row = 0;\n",
+      "    tcp->awaiting = tcp->read_answered = tcp->write_answered = false;\n")),
+    ("other-write-after-slow-connect",
+     "With libmodbus the outputs of a cycle are still written when a slow connect has passed the next tick",
+     (LINUX + "libmodbus.c",
+      "    const bool writes = job->write.count > 0 && cb_boottime_us() < job->due_us;\n",
+      "    const bool writes = job->write.count > 0;\n")),
+    ("other-rename-before-sync",
+     "A whole file takes its name before it is synced and closed, so an error of the disk, or a power cut, "
+     "replaces the good file by an incomplete one",
+     (OUTPUT + "output_file.c",
+      "    error = cb_output_close(fd, error, durable);\n"
+      "    if (error == 0 && rename(temporary, path) != 0) error = errno;\n",
+      "    if (error == 0 && rename(temporary, path) != 0) error = errno;\n"
+      "    error = cb_output_close(fd, error, durable);\n")),
 ]

@@ -30,6 +30,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       net_(net),
       chance_(seed, "plc side"),
       acknowledges_(dice(seed, "acknowledges").one_in(2)),
+      tries_enable_(dice(seed, "tries enable").one_in(2)),
       jams_(dice(seed, "jams").one_in(3)),
       temperatures_(of.twin.signals),
       warmth_(seed, "warmth"),
@@ -115,14 +116,18 @@ void plc_side::hold_reset(time_ns until) {
         net_.box.time.at(now + again, [this, until] { hold_reset(until); });
 }
 
-// Some operators press reset after some seconds of FAULT, whatever its cause. A key that jams may
-// still be down at the next FAULT.
+// Some operators press reset after some seconds of FAULT, whatever its cause, and some of them have
+// switched enable off and on before. A key that jams may still be down at the next FAULT.
 void plc_side::acknowledge_fault() {
     constexpr int patience = 6;
     const time_ns now = net_.box.time.now();
     if (!acknowledges_ || stopped_ || now < jammed_ns_) return;
     const unsigned mode = registers(machine_.map.status, 1)[0] & 0xFFu;
     fault_looks_ = mode == fakeplc::box_mode::fault ? fault_looks_ + 1 : 0;
+    if (is_off_ && !put_right_) control.set_enable(true);
+    const bool is_on = (registers(machine_.map.control, 1)[0] & 1u) != 0;
+    is_off_ = tries_enable_ && !put_right_ && is_on && fault_looks_ % patience == 1;
+    if (is_off_) control.set_enable(false);
     if (fault_looks_ % patience == patience - 1)
         hold_reset(jams_ ? now + chance_.time_between(5, 60) * second : now);
 }

@@ -146,7 +146,8 @@ class plc_side : public tcp_peer {
     bool stopped_ = false, put_right_ = false;
     int waits_ = 0;        // looks of the operator at a box that waits for permission …
     int fault_looks_ = 0;  // … and at one in FAULT
-    const bool acknowledges_, jams_;
+    const bool acknowledges_, tries_enable_, jams_;
+    bool is_off_ = false;    // enable, by the operator who tries
     time_ns jammed_ns_ = 0;  // the key of reset, until then
     std::map<int, std::vector<std::uint16_t>> shown_;
     struct applied_values {

@@ -73,8 +73,9 @@ class run {
     // SIGTERM; when the daemon has ended, it starts again.
     void stop_daemon();
     std::uint64_t starts() const { return result_.starts; }
-    unsigned revision = 1;  // of the newest coefficient file
-    std::string good_file;  // newest that the daemon should take
+    unsigned revision = 1;                     // of the newest coefficient file
+    std::string good_file;                     // newest that the daemon should take
+    time_ns replaced_in_read_ns = -never / 2;  // the newest file came while another was read
     // Call it with each file that comes to config_path: invariants ask running() for its limits.
     void note_file(const std::string &text);
     // Of a file that has another one than all before: invariants know files by their revision.
