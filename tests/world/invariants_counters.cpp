@@ -60,10 +60,10 @@ class counters_invariant : public invariant {
                 !draws_any(of, {fault_kind::twice, fault_kind::boundary, fault_kind::reload,
                                 fault_kind::disk})),
           alone_(judged_ &&
-                 !draws_any(of, {fault_kind::foreign, fault_kind::plc_stop, fault_kind::boundary,
-                                 fault_kind::reload, fault_kind::stray, fault_kind::twice,
-                                 fault_kind::partial, fault_kind::restart, fault_kind::kill,
-                                 fault_kind::power_cut})) {}
+                 !draws_any(of, {fault_kind::exception, fault_kind::foreign, fault_kind::plc_stop,
+                                 fault_kind::boundary, fault_kind::reload, fault_kind::stray,
+                                 fault_kind::twice, fault_kind::partial, fault_kind::restart,
+                                 fault_kind::kill, fault_kind::power_cut})) {}
     void started() override {
         modes_ = {};
         mode_ = fakeplc::box_mode::standby;
@@ -168,7 +168,7 @@ class counters_invariant : public invariant {
 
     std::map<std::string, std::uint64_t> newest_;  // counters of this daemon
     bool judged_, calm_;
-    bool alone_;           // no other client writes, and the PLC keeps what was written
+    bool alone_;           // no other client writes, and the PLC returns what was written, whole
     time_ns sent_ns_ = 0;  // the newest write
     unsigned mode_ = fakeplc::box_mode::standby;
     std::uint64_t refused_ = 0, refused_before_ = 0;  // values of readings, but for the newest one

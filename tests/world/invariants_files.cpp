@@ -589,7 +589,7 @@ class events_invariant : public invariant {
         if (file->bytes.size() > run::most_events_bytes)
             violated(fmt::format("the file of events has {} bytes", file->bytes.size()));
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
-        if (lines.size() < lines_ && is_rotated()) {
+        if (was_put_aside() && is_rotated()) {
             lines_ = safe_ = 0;
             rotated_ = true;
             changes_ = few;  // not judged: the file before has some of their events
@@ -647,6 +647,12 @@ class events_invariant : public invariant {
                                  (of_.time.now() - whole_.front().first) / ms));
         whole_.clear();
     }
+    // out: another file has the name of the one that is put aside than at the last call
+    bool was_put_aside() {
+        const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
+        const std::size_t bytes = before == nullptr ? 0 : before->bytes.size();
+        return std::exchange(aside_bytes_, bytes) != bytes;
+    }
     // A long file takes another name (docs/events.md), with all of its lines.
     bool is_rotated() const {
         const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
@@ -654,6 +660,7 @@ class events_invariant : public invariant {
     }
     std::size_t lines_ = 0;
     std::size_t safe_ = 0;  // of a daemon that ended with 0
+    std::size_t aside_bytes_ = 0;
     static constexpr std::size_t durable_s = 4;
     std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
     std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last

@@ -51,6 +51,7 @@ class reference_invariant : public invariant {
         if (!seen.written.empty()) follow(facts, block_of(facts, seen), seen);
         if (seen.duration == never) return;
         if (seen.function != 16) replied_ns_ = seen.now + seen.duration;
+        looked_back_ = looked_back_ || is_read_back(facts, seen);
         if (!is_reading(facts, seen)) return;
         if (!head_of(facts, seen).whole) return;
         box_->read(facts, seen, seen.sent);
@@ -84,10 +85,12 @@ class reference_invariant : public invariant {
         steady_ = follows ? steady_ + 1 : 0;
         if (std::exchange(silent_, false) || (sent_ns_ > 0 && 2 * gap_ns >= 3 * period_ns))
             open_until_ns_ = settled_behind(facts, seen);
-        // The box steps behind a reading: before it sends FC16, behind the reply to FC23.
+        // The box steps behind a reading: before it sends FC16, behind the reply to FC23 or to the
+        // read-back that follows it. Frames of another length take another time.
         const time_ns stepped_ns = facts.fc23 ? replied_ns_ : seen.sent;
+        const time_ns unsure_ns = std::exchange(looked_back_, false) ? 3 * ms : 500 * us;
         elapsed_s_ = 1e-9 * static_cast<double>(stepped_ns -
-                                                std::exchange(stepped_ns_, stepped_ns) - 500 * us);
+                                                std::exchange(stepped_ns_, stepped_ns) - unsure_ns);
         const bool settled_now = seen.sent > open_until_ns_;
         if (steady_ >= settled && settled_now && box_->knows()) judge(facts, block);
         calm_ = on_time ? calm_ + 1 : 0;
@@ -285,6 +288,7 @@ class reference_invariant : public invariant {
     std::optional<reference_box> box_;
     bool samples_arrive_ = true, measurements_arrive_ = true;
     bool silent_ = false;               // since the end of another daemon
+    bool looked_back_ = false;          // since the newest write
     int steady_ = 0, calm_ = 0;         // steps in a row, in ACTIVE and in any mode
     int readings_ = 0;                  // since the newest write
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged

@@ -3,6 +3,7 @@
 // another signal, file or time, and a source that gives values is heard. So it is with the inputs
 // of lags in the state file.
 #include <fmt/core.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +31,7 @@ class shown_invariant : public invariant {
             if (signal.contains("max_rate_per_s")) doubtful_.insert(signal.at("name"));
         for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
     }
-    void started() override { steady_ns_ = of_.time.now(); }
+    void started() override { started_ns_ = steady_ns_ = of_.time.now(); }
     void taken(const machine &, const machine &) override {
         steady_ns_ = taken_ns_ = of_.time.now();
     }
@@ -44,21 +45,25 @@ class shown_invariant : public invariant {
                     [this](const std::string &signal, double value) { keep(signal, value); });
     }
     void sampled(const std::string &signal, double value) override {
-        if (judged_ && signal[0] != 'H') keep(signal, value);  // a hand's stays until the next one
+        if (judged_) keep(signal, value);
     }
     void file_written(const std::string &path, const node &file) override {
         if (judged_ && path == run::state_path) judge_state(file.bytes);
     }
     void shown(const json &snapshot) override {
+        judge_file(snapshot);
         if (!judged_) return;
         for (const json &signal : snapshot.at("signals")) {
             const std::string state = signal.at("state");
             if (signal.at("age_ms").is_number() && signal.at("age_ms") < 0)
                 violated(fmt::format("{} is {} ms old", signal.at("name").get<std::string>(),
                                      signal.at("age_ms").get<double>()));
-            if (state == "fresh" && signal.at("value").is_number())
-                judge(signal.at("name"), signal.at("value"));
-            if (state != "fresh") judge_missing(signal.at("name"), state);
+            const std::string of = signal.at("name");
+            const bool is_used = state == "fresh" && signal.at("value").is_number();
+            if (is_used && (of[0] != 'H' || was_heard(of))) judge(of, signal.at("value"));
+            if (state == "never" && of[0] == 'H' && was_heard(of))
+                violated(fmt::format("{} is never, and somebody has measured it", of));
+            if (state != "fresh" && of[0] != 'H') judge_missing(of, state);
         }
     }
 
@@ -74,7 +79,12 @@ class shown_invariant : public invariant {
         values.push_back({of_.time.now(), value});
         while (values.front().at < of_.time.now() - longest) values.pop_front();
     }
-    // A lag and a hand's measurement have no source here.
+    // A measurement by hand stays until the next one, which takes some seconds to come.
+    bool was_heard(const std::string &signal) const {
+        return hears_measurements(of_) && was_given(signal) &&
+               of_.time.now() - values_.at(signal).back().at > 5 * second;
+    }
+    // A lag has no source here.
     void judge(const std::string &signal, double value) {
         const auto found = values_.find(signal);
         if (found == values_.end()) return;
@@ -84,6 +94,17 @@ class shown_invariant : public invariant {
         if (std::none_of(found->second.rbegin(), found->second.rend(), is_near))
             violated(fmt::format("{} is {}, and its source gave no such value for {} s", signal,
                                  value, longest / second));
+    }
+
+    // The check sum is that of the file which the revision names.
+    void judge_file(const json &snapshot) {
+        const machine *of = of_.with_revision(snapshot.at("revision"));
+        if (of == nullptr || draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return;
+        const auto *bytes = reinterpret_cast<const unsigned char *>(of->text.data());
+        const auto sum = crc32(0, bytes, static_cast<unsigned>(of->text.size()));
+        if (snapshot.at("crc") != fmt::format("{:08x}", sum))
+            violated(fmt::format("the crc is {}, that of revision {} is {:08x}",
+                                 snapshot.at("crc").dump(), of->revision, sum));
     }
 
     // Some seconds behind a start or another file. For a time within max_age_ms the source has
@@ -107,16 +128,24 @@ class shown_invariant : public invariant {
             violated(fmt::format("{} is {}, and its source gave good values for {} ms", signal,
                                  state, (now - until) / ms));
     }
-    // Behind another file, whose signals may have another order.
+    // Behind another file, whose signals may have another order. Until its source gives a value, an
+    // input is that of the run before.
     void judge_state(const std::string &bytes) {
         if (of_.time.now() - taken_ns_ > 3 * second || draws(of_, fault_kind::state)) return;
         const auto file = decoded(bytes);
         if (!file) return;
         for (const state_file::record &lag : file->records)
-            if (lag.name[0] == 0 && lag.unix_us > 0) judge(lag.lag_of, lag.input);
+            if (lag.name[0] == 0 && lag.unix_us > 0 && was_given(lag.lag_of))
+                judge(lag.lag_of, lag.input);
+    }
+
+    bool was_given(const std::string &signal) const {
+        const auto found = values_.find(signal);
+        return found != values_.end() && found->second.back().at > started_ns_;
     }
 
     bool judged_;
+    time_ns started_ns_ = 0;
     time_ns steady_ns_ = 0;           // of the last start or other file …
     time_ns taken_ns_ = -never / 2;   // … and of that file
     std::set<std::string> doubtful_;  // a good value may be refused, or not used

@@ -139,6 +139,13 @@ class account_invariant : public invariant {
         const std::uint64_t sent = of_.box.tcp_sent - sent_, ended = of_.box.tcp_ended - ended_;
         const auto requests = plc.value("requests", std::uint64_t{0});
         if (requests != sent) violated(fmt::format("requests is {}, {} were sent", requests, sent));
+        std::uint64_t failures = 0;
+        for (const char *counter : {"timeouts", "blocked", "invalid_replies", "wrong_ids"})
+            failures += plc.value(counter, std::uint64_t{0});
+        const auto given_up = plc.value("given_up", std::uint64_t{0});
+        if (3 * given_up > failures)
+            violated(fmt::format("{} connections are given up behind {} exchanges that failed",
+                                 given_up, failures));
         const auto lost = plc.value("closed_by_peer", std::uint64_t{0}) +
                           plc.value("socket_errors", std::uint64_t{0});
         if (lost > ended)
@@ -150,7 +157,6 @@ class account_invariant : public invariant {
             longest_lag(of_) == 0 && !draws_any(of_, {fault_kind::loss, fault_kind::reset,
                                                       fault_kind::plc_stop, fault_kind::wire});
         if (!reads_on) return;
-        const auto given_up = plc.value("given_up", std::uint64_t{0});
         at_least("incomplete_replies", plc, stopped_ - std::min(stopped_, given_up));
     }
     void at_least(const char *counter, const nlohmann::json &of, std::uint64_t happened) {

@@ -838,6 +838,15 @@ struct draft {
         root["channels"][0]["sum"].push_back("by_hand");
     }
 
+    // Likewise: modules that take most of the time that the file gives them.
+    void draw_slow_modules() {
+        dice own(made.twin.seed, "slow modules");
+        if (!root.contains("buses") || !own.one_in(3)) return;
+        const std::int64_t longest_ms = own.time_between(10, 120);
+        root["buses"][0]["rtu"]["slave_delay_ms"] = longest_ms;
+        made.module_delay_ns = longest_ms * ms * 9 / 10;
+    }
+
     // Likewise: slower and faster lines, and other parities.
     void draw_lines() {
         dice own(made.twin.seed, "lines");
@@ -1004,6 +1013,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_volumetric();
     file.draw_orders();
     file.draw_lines();
+    file.draw_slow_modules();
     file.draw_hand();
     file.draw_velocities();
     file.draw_redundant();

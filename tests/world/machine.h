@@ -70,6 +70,7 @@ struct machine {
     double wanders_k = calm_k;         // a temperature of the PLC, in half a second, at most
     bool changes_lags = false;         // other files have other time constants
     std::vector<std::string> modules;  // on the bus of the box, as pt100_modules::add takes them
+    time_ns module_delay_ns = 0;       // before each of their replies
     std::vector<can_node> nodes;
     std::vector<std::string> temperatures;  // signals of the PLC that wander …
     std::vector<std::string> rated;         // … and those of them with max_rate_per_s

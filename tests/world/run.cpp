@@ -172,6 +172,11 @@ const machine *run::file_of(const std::string &text) {
     return found == files_.end() ? nullptr : &found->second;
 }
 
+const machine *run::with_revision(unsigned number) const {
+    const auto found = files_.find(number);
+    return found == files_.end() ? nullptr : &found->second;
+}
+
 std::string run::good_file_of(unsigned of_revision) {
     dice chance(options.seed + of_revision, "good file");
     good_file = another_file(box_machine, chance, of_revision);
@@ -288,7 +293,8 @@ void run::connect_wires() {
                 if (faults.module_refuses(unit))
                     reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
                 note_module(unit, reply.pdu);
-                return rtu_slaves::reply{reply.pdu, reply.delay_ms * ms};
+                return rtu_slaves::reply{reply.pdu,
+                                         reply.delay_ms * ms + box_machine.module_delay_ns};
             });
         wander_modules();
     }

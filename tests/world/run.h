@@ -84,6 +84,8 @@ class run {
     bool knows_revision_of(const std::string &text);
     // out: what a file that was noted promises; nullptr: it was not
     const machine *file_of(const std::string &text);
+    // out: the newest file of this revision; nullptr: none that a box can run
+    const machine *with_revision(unsigned revision) const;
     std::string good_file_of(unsigned revision);
     std::set<unsigned> wrong_revisions;  // of files that no box takes
     // Of machines whose box knows a key.

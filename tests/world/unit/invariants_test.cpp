@@ -103,6 +103,12 @@ const edge edges[] = {
     // A write on a connection that the box has given up acts behind the next one, and is read back.
     {"counters", 6013, 2500, "delay,loss",
      [](cb_loop &loop) { loop.box->counters.registers_foreign = 1; }},
+    // A flood of files fills the events, and another file takes their name.
+    {"events", 427, 2500, "reload,sensors", nullptr},
+    // No source has given a value since the power came back.
+    {"snapshot", 829, 2500, "power_cut,reload", nullptr},
+    // By FC23 the box steps behind the read-back.
+    {"reference", 5142, 2500, "kill,restart", nullptr},
     // The temperature moves on while no reading comes, and the sigma is that of a second ago.
     {"sigma", 5158, 2500, "loss,mute", nullptr},
     // The machine is suspended before the first step of a daemon.
