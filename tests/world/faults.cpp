@@ -157,7 +157,7 @@ fault_set swarm_of(std::uint64_t seed) {
 
 fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limits &most,
                                std::uint64_t seed)
-    : of_(of) {
+    : of_(of), own_(seed, "ends at a rename") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
@@ -235,6 +235,9 @@ call_fate fault_injector::at_call(const call_site &site) {
     call_fate fate;
     if (!active_) return fate;
     die_if_due(lethal_calls_);
+    if (dies_behind_rename_ && std::strcmp(site.name, "rename") == 0 &&
+        std::strncmp(site.path, "/var/", 5) == 0)
+        lethal_calls_ = static_cast<std::int64_t>(own_.below(4));
     if (due(slow_calls_)) {
         fate.delay_ns = static_cast<time_ns>(chance(fault_kind::delay).log_between(10e3, 200e6));
         note(fault_kind::delay,

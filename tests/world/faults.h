@@ -248,7 +248,8 @@ class fault_injector : public call_faults,
     int refused_function_ = 0, refused_code_ = 0;
     // Calls and lines until the process ends; below 0: nothing is planned.
     std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;
-    bool lethal_power_ = false;
+    bool lethal_power_ = false, dies_behind_rename_ = false;
+    dice own_;            // of ends at a rename
     std::string silent_;  // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;

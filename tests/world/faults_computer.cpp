@@ -102,6 +102,7 @@ void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
 
 void fault_injector::die() {
     lethal_calls_ = lethal_lines_ = -1;
+    dies_behind_rename_ = false;
     of_.box.lines_left = 0;
     if (lethal_power_)
         of_.box.cut_power();
@@ -136,6 +137,9 @@ void fault_injector::plan_ends() {
             if (way == 0) {
                 note(kind, "now");
                 die();
+            } else if (way == 1 && own_.one_in(2)) {
+                dies_behind_rename_ = true;
+                note(kind, "when a file on the disk has its name");
             } else if (way == 1) {
                 lethal_calls_ = static_cast<std::int64_t>(drawn.below(500));
                 note(kind, fmt::format("in {} calls", lethal_calls_));
@@ -299,6 +303,7 @@ void fault_injector::plan_memory() {
 
 void fault_injector::heal_computer() {
     lethal_calls_ = lethal_lines_ = -1;
+    dies_behind_rename_ = false;
     storm_until_ = 0;
     of_.box.synchronised = true;
     for (const auto &one : of_.time.threads()) of_.time.release(*one);
