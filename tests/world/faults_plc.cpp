@@ -386,6 +386,7 @@ void fault_injector::lie_about_another(std::size_t c, time_ns lasts, dice &drawn
     const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
     const double far_um = of_.box_machine.channels[c].error_um * drawn.log_between(1.1, 10);
     later(drawn.time_between(0, lasts), [this, &channel, far_um, lasts] {
+        if (!active_) return;
         note(fault_kind::foreign, fmt::format("it applies {} µm to {}", far_um, channel.name));
         show_applied(channel, channel.format.encode(far_um / channel.scale_um), lasts);
     });
