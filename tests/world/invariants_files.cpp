@@ -647,15 +647,18 @@ class events_invariant : public invariant {
                                  (of_.time.now() - whole_.front().first) / ms));
         whole_.clear();
     }
+    std::shared_ptr<const node> put_aside() const {
+        return of_.box.files.find(std::string(run::events_path) + ".1", false);
+    }
     // out: another file has the name of the one that is put aside than at the last call
     bool was_put_aside() {
-        const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
+        const auto before = put_aside();
         const std::size_t bytes = before == nullptr ? 0 : before->bytes.size();
         return std::exchange(aside_bytes_, bytes) != bytes;
     }
     // A long file takes another name (docs/events.md), with all of its lines.
     bool is_rotated() const {
-        const auto before = of_.box.files.find(std::string(run::events_path) + ".1", false);
+        const auto before = put_aside();
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
     }
     std::size_t lines_ = 0;

@@ -62,7 +62,7 @@ class shown_invariant : public invariant {
             const bool is_used = state == "fresh" && signal.at("value").is_number();
             if (is_used && (of[0] != 'H' || was_heard(of))) judge(of, signal.at("value"));
             if (state == "never" && of[0] == 'H' && was_heard(of))
-                violated(fmt::format("{} is never, and somebody has measured it", of));
+                violated(fmt::format("{} has had no value, and somebody has measured it", of));
             if (state != "fresh" && of[0] != 'H') judge_missing(of, state);
         }
     }

@@ -168,8 +168,7 @@ bool run::knows_revision_of(const std::string &text) {
 
 const machine *run::file_of(const std::string &text) {
     const auto &facts = facts_in(text);
-    const auto found = facts ? files_.find(facts->revision) : files_.end();
-    return found == files_.end() ? nullptr : &found->second;
+    return facts ? with_revision(facts->revision) : nullptr;
 }
 
 const machine *run::with_revision(unsigned number) const {
