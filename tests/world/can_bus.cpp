@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/world/can_bus.h"
 
+#include <fmt/core.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
@@ -14,8 +15,39 @@ namespace compbox::world {
 namespace {
 
 constexpr std::size_t queue_frames = 500;
+constexpr canid_t source_bits = 0xFF;
 
 }  // namespace
+
+canid_t can_node::value_id(bool other) const {
+    const auto first = static_cast<canid_t>(0x180 + number);
+    const canid_t id = other ? first ^ 0x300 : first;
+    switch (format) {
+        case id_format::bits_11:
+            return id;
+        case id_format::bits_29:
+            return CAN_EFF_FLAG | id;
+        default:
+            return CAN_EFF_FLAG | 0x18F00000 | id << 8;
+    }
+}
+
+std::string can_node::id_text(bool other) const {
+    const canid_t id = value_id(other) & CAN_EFF_MASK;
+    switch (format) {
+        case id_format::bits_11:
+            return fmt::format("{:#x}", id);
+        case id_format::bits_29:
+            return fmt::format("{:#010x}", id);
+        default:
+            return fmt::format("{:#x}xx", id >> 8);
+    }
+}
+
+bool can_node::has_sent(canid_t id) const {
+    const canid_t known = format == id_format::any_source ? id & ~source_bits : id;
+    return known == value_id(false) || known == value_id(true);
+}
 
 class can_socket : public open_file {
   public:
@@ -44,6 +76,9 @@ class can_socket : public open_file {
         if (queue_.empty()) return -EAGAIN;
         const entry next = queue_.front();
         queue_.pop_front();
+        const std::uint32_t unheard = next.lost - std::exchange(told_, next.lost);
+        of_.lost_told += unheard;
+        if (unheard > 0) of_.lost_told_ns = of_.of_.time.now();
         std::memcpy(to->msg_iov[0].iov_base, &next.frame, sizeof next.frame);
         put_control(to, next);
         return sizeof next.frame;
@@ -105,7 +140,7 @@ class can_socket : public open_file {
     std::vector<can_filter> filters_;
     can_err_mask_t errors_ = 0;
     std::deque<entry> queue_;
-    std::uint32_t lost_ = 0;
+    std::uint32_t lost_ = 0, told_ = 0;  // frames; told_: with a frame that was read
     int error_ = 0;
     bool bound_ = false;
 };
@@ -138,9 +173,10 @@ void can_bus::put(const can_frame &frame) {
         if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
     of_.changed();
-    const int node = static_cast<int>(frame.can_id) - (frame.can_id < 0x280 ? 0x180 : 0x280);
-    if (taken && heard && node > 0 && node < 0x80)
-        heard(node, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));
+    if (!taken || !heard) return;
+    for (const can_node &node : nodes)
+        if (node.has_sent(frame.can_id))
+            heard(node.number, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));
 }
 
 void can_bus::set_interface(interface_state state) {
@@ -176,14 +212,22 @@ void can_bus::send_values(std::size_t node) {
     of.temperature_degC = std::clamp(of.temperature_degC + chance_.between(-0.02, 0.02), 5.0, 45.0);
     if (!of.operational || of.silent) return;
     can_frame frame = {};
-    frame.can_id = static_cast<canid_t>(0x180 + of.number);
+    const bool any_source = of.format == can_node::id_format::any_source;
+    const auto source = static_cast<canid_t>(any_source ? chance_.below(256) : 0);
     frame.can_dlc = 2;
     const auto raw = static_cast<std::int16_t>(std::lround(of.temperature_degC * 10));
     frame.data[0] = static_cast<std::uint8_t>(raw & 0xFF);
     frame.data[1] = static_cast<std::uint8_t>(raw >> 8 & 0xFF);
-    put(frame);
-    frame.can_id += 0x100;
-    put(frame);
+    for (const bool other : {false, true}) {
+        frame.can_id = of.value_id(other) | source;
+        put(frame);
+    }
+    frame.data[0] ^= 0x40;  // 6.4 K beside it
+    for (const bool other : {false, true})
+        for (const canid_t flag : {CAN_EFF_FLAG, CAN_RTR_FLAG}) {
+            frame.can_id = of.value_id(other) ^ flag;
+            if (of.has_double) put(frame);
+        }
 }
 
 void can_bus::send_heartbeats(std::size_t node) {

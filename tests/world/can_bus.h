@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "tests/world/computer.h"
@@ -14,10 +15,23 @@
 
 namespace compbox::world {
 
-// A node sends its temperature in TPDO 0x180 + node and 0x280 + node, int16le, 0.1 °C, and
-// heartbeats, once it is started by NMT or by itself.
+// A node sends its temperature in two frames, int16le, 0.1 °C, and heartbeats, once it is started
+// by NMT or by itself.
 struct can_node {
+    // 0x180 + node and 0x280 + node in 11 or 29 bits, or 29 bits whose lowest 8 change (J1939).
+    enum class id_format { bits_11, bits_29, any_source };
+
+    // out: identifier of a value's frame; of any_source that of source 0
+    canid_t value_id(bool other) const;
+    // out: as the coefficient file names it
+    std::string id_text(bool other) const;
+    // out: whether a frame of this identifier is one of its values
+    bool has_sent(canid_t id) const;
+
     int number = 1;
+    id_format format = id_format::bits_11;
+    // Other devices use its identifiers with the other number of bits, and request its values.
+    bool has_double = false;
     bool starts_itself = true;
     time_ns every = 100 * ms;      // of its TPDO
     time_ns heartbeat = 200 * ms;  // 0: none
@@ -42,7 +56,9 @@ class can_bus {
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again
     std::vector<can_node> nodes;
-    std::uint64_t lost = 0;  // frames that found a full queue of the box
+    std::uint64_t lost = 0;       // frames that found a full queue of the box
+    std::uint64_t lost_told = 0;  // those of them that it read of
+    time_ns lost_told_ns = 0;     // the newest time
     // For tests, where given: the box bound a socket with these filters, or sent a frame.
     std::function<void(const std::vector<can_filter> &)> bound;
     std::function<void(const can_frame &)> sent;

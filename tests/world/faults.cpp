@@ -56,6 +56,13 @@ bool can_act_on(const machine &of, fault_kind kind) {
     return true;
 }
 
+// The second one shows most of what the first one does.
+constexpr std::pair<fault_kind, fault_kind> companions[] = {
+    {fault_kind::clock, fault_kind::power_cut},
+    {fault_kind::plc_stop, fault_kind::loss},
+    {fault_kind::kill, fault_kind::restart},
+};
+
 // Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
 // behind it. Half of them are rich ones.
 fault_set few_kinds(dice &chance, const machine &of) {
@@ -68,6 +75,8 @@ fault_set few_kinds(dice &chance, const machine &of) {
         kinds.insert(chance.one_in(2) || !can_act_on(of, any) ? chance.one_of(rich) : any);
     }
     if (chance.one_in(3)) kinds.insert(chance.one_of(ends));
+    for (const auto &[kind, other] : companions)
+        if (kinds.count(kind) > 0 && chance.one_in(3)) kinds.insert(other);
     return kinds;
 }
 
@@ -80,6 +89,7 @@ fault_set clear_kinds(dice &chance, const machine &of) {
     if (!of.nodes.empty()) clear.insert(clear.end(), 4, fault_kind::can);
     fault_set kinds = {chance.one_of(clear)};
     if (chance.one_in(3)) kinds.insert(chance.one_of(clear));
+    if (kinds.count(fault_kind::kill) > 0 && chance.one_in(3)) kinds.insert(fault_kind::restart);
     return kinds;
 }
 

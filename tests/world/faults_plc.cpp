@@ -430,6 +430,14 @@ void fault_injector::meddle_before_start() {
             if (active_ && of_.starts() == start + 1 && of_.box.runs()) of_.stop_daemon();
         });
     }
+    dice soon(of_.options.seed + of_.starts(), "kill soon after a start");
+    if (has(fault_kind::kill) && soon.one_in(3))
+        later(static_cast<time_ns>(soon.log_between(0.1e9, 5e9)), [this, start = of_.starts()] {
+            if (!active_ || of_.starts() != start + 1 || !of_.box.runs()) return;
+            note(fault_kind::kill, "soon after the start");
+            lethal_power_ = false;
+            die();
+        });
     if (has(fault_kind::mute) && own.one_in(3)) {
         no_read_backs_until_ = of_.time.now() + static_cast<time_ns>(own.log_between(100e6, 30e9));
         note(fault_kind::mute, "no read-back has a reply");

@@ -129,7 +129,7 @@ void fault_injector::plan_wires() {
             default: {
                 note(fault_kind::can, "a flood of frames");
                 can_frame frame = {};
-                frame.can_id = static_cast<canid_t>(0x180 + of_.can->nodes[node].number);
+                frame.can_id = of_.can->nodes[node].value_id(false);
                 frame.can_dlc = static_cast<std::uint8_t>(drawn.below(9));
                 for (std::uint64_t i = drawn.below(2000); i > 0; --i) of_.can->put(frame);
                 break;

@@ -177,9 +177,52 @@ class counters_invariant : public invariant {
     std::map<unsigned, std::uint64_t> reasons_;       // writes with each
 };
 
+// The statistics and the snapshot of a daemon that ended are of the same last cycle.
+class agreement_invariant : public invariant {
+  public:
+    explicit agreement_invariant(run &of) : invariant(of, "agreement") {}
+    void ended(const ending &how) override {
+        const json all = finished_statistics();
+        const json snapshot = json::parse(of_.box.files.text(run::snapshot_path), nullptr, false);
+        if (how.by_signal || how.code != 0 || all.is_null() || !snapshot.is_object()) return;
+        if (!snapshot.at("finished")) return;
+        for (const char *member : {"version", "machine", "revision", "started_unix_s", "mode",
+                                   "reason", "period_us", "lead_us", "can", "bus"})
+            compare(member, all.value(member, json()), snapshot.value(member, json()));
+        compare("box", all.at("box"), snapshot.at("counters"));
+        compare("plc", all.at("plc").at("address"), snapshot.at("plc"));
+        const json &cause = snapshot.at("cause");
+        compare("cause", all.at("cause"), cause.is_null() ? json("") : cause.at("text"));
+        for (const char *times : {"jitter_us", "exchange_us"})
+            for (const char *member : {"count", "p50", "p99", "max"})
+                compare(times, all.at(times).at(member), snapshot.at(times).at(member));
+        compare_parts("signals", {"implausible", "stale"}, all, snapshot);
+        compare_parts("channels", {"limited", "excessive"}, all, snapshot);
+    }
+
+  private:
+    void compare(const std::string &what, const json &is, const json &shown) {
+        if (is != shown)
+            violated(fmt::format("{} is {} in the statistics and {} in the snapshot", what,
+                                 is.dump(), shown.dump()));
+    }
+    // The statistics leave out what has counted nothing.
+    void compare_parts(const char *parts, const std::vector<const char *> &counters,
+                       const json &all, const json &snapshot) {
+        for (const json &shown : snapshot.at(parts)) {
+            const std::string part_name = shown.at("name");
+            const json is = all.at(parts).value(part_name, json::object());
+            for (const char *counter : counters)
+                compare(fmt::format("{} of {}", counter, part_name), is.value(counter, json(0)),
+                        shown.at(counter));
+        }
+    }
+};
+
 }  // namespace
 
 void add_counters(run &of, invariants &all) {
+    all.push_back(std::make_unique<agreement_invariant>(of));
     all.push_back(std::make_unique<counters_invariant>(of));
 }
 

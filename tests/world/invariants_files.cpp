@@ -31,6 +31,7 @@ class stats_invariant : public invariant {
         check_both("at a start");
         longest_between_steps_ns_ = 0;
         can_lost_ = of_.can ? of_.can->lost : 0;
+        can_lost_told_ = of_.can ? of_.can->lost_told : 0;
         alarm_ = false;
         alarms_ = 0;
     }
@@ -235,9 +236,12 @@ class stats_invariant : public invariant {
     void check_can(const nlohmann::json &all) {
         if (!all.contains("can") || of_.can == nullptr) return;
         const auto counted = all.at("can").value("queue_overflows", std::uint64_t{0});
-        if (counted > of_.can->lost - can_lost_)
-            violated(fmt::format("queue_overflows is {}, {} frames were lost", counted,
-                                 of_.can->lost - can_lost_));
+        const bool is_old =
+            longest_lag(of_) == 0 && of_.time.now() - of_.can->lost_told_ns > second;
+        const std::uint64_t least = is_old ? of_.can->lost_told - can_lost_told_ : 0;
+        if (counted > of_.can->lost - can_lost_ || counted < least)
+            violated(fmt::format("queue_overflows is {}, {} frames were lost, and it read of {}",
+                                 counted, of_.can->lost - can_lost_, least));
         const time_ns up_ns = of_.time.now() - can_down_ns_;
         if (all.at("can").value("state", "") == "down" && up_ns > 5 * second &&
             longest_lag(of_) == 0)
@@ -301,7 +305,7 @@ class stats_invariant : public invariant {
     }
 
     time_ns ticked_ns_ = 0, longest_between_steps_ns_ = 0;  // of this daemon
-    std::uint64_t can_lost_ = 0;                            // before this daemon
+    std::uint64_t can_lost_ = 0, can_lost_told_ = 0;        // before this daemon
     time_ns can_down_ns_ = 0;                               // until then its interface was down
     double exchange_us_ = 0;  // from a reading to the reply to what it led to, filtered
     std::uint64_t exchanges_ = 0;
@@ -538,6 +542,7 @@ class events_invariant : public invariant {
         check();
         lost_ = left_out_ = modes_ = changes_ = 0;
         rotated_ = false;
+        full_at_.reset();
         mode_.reset();
         told_mode_.clear();
     }
@@ -562,6 +567,9 @@ class events_invariant : public invariant {
         if (at != std::string::npos && line.find(" left out)") != std::string::npos &&
             std::sscanf(line.c_str() + at, ": (%u line", &count) == 1)
             left_out_ += count;
+        if (line.find(std::string(run::events_path) + ": cannot be written: No space") !=
+            std::string::npos)
+            full_at_ = lines_in_file();
     }
     void ended(const ending &how) override {
         if (how.power_cut) judge_durable();
@@ -572,10 +580,13 @@ class events_invariant : public invariant {
             !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
             violated(
                 fmt::format("{} events of the mode, which changed {} times", modes_, changes_));
-        if (how.by_signal ||
-            draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
-                            fault_kind::links, fault_kind::reader}))
+        if (how.by_signal || draws_any(of_, {fault_kind::refuse, fault_kind::partial,
+                                             fault_kind::links, fault_kind::reader}))
             return;
+        if (full_at_ && !rotated_ && lost_ == 0 && lines_ > *full_at_)
+            violated(fmt::format("{} events behind a full disk, and none says what was lost",
+                                 lines_ - *full_at_));
+        if (draws(of_, fault_kind::disk)) return;
         const bool none_told = of_.keeps_events() && !rotated_ && lost_ == 0;
         if (lost_ > left_out_ || (none_told && left_out_ > most_untold))
             violated(fmt::format("{} events are missing, the log leaves out {} lines", lost_,
@@ -647,6 +658,10 @@ class events_invariant : public invariant {
                                  (of_.time.now() - whole_.front().first) / ms));
         whole_.clear();
     }
+    std::size_t lines_in_file() const {
+        const auto file = of_.box.files.find(run::events_path, false);
+        return file == nullptr ? 0 : formats::split(file->bytes, '\n').size();
+    }
     std::shared_ptr<const node> put_aside() const {
         return of_.box.files.find(std::string(run::events_path) + ".1", false);
     }
@@ -668,8 +683,9 @@ class events_invariant : public invariant {
     std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
     std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last
     std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
-    bool rotated_ = false;                               // the file before has some of its events
-    static constexpr std::uint64_t most_untold = 2;      // of the lines that are left out
+    std::optional<std::size_t> full_at_;  // lines of the file when the disk was full for the next
+    bool rotated_ = false;                // the file before has some of its events
+    static constexpr std::uint64_t most_untold = 2;  // of the lines that are left out
     static constexpr std::uint64_t few = 15;  // changes, whose events the log's limit lets pass
     std::uint64_t modes_ = 0, changes_ = 0;   // events of this daemon; what the PLC saw
     std::optional<unsigned> mode_;

@@ -378,11 +378,61 @@ class progress_invariant : public invariant {
     time_ns sent_ns_ = 0, read_ns_ = 0;
 };
 
+// Without permission, and behind a lost contact that outlasts HOLD, outputs come nearer to zero, as
+// long as writes are confirmed. The write that may still take effect delays that for a while.
+class retreat_invariant : public invariant {
+  public:
+    explicit retreat_invariant(run &of)
+        : invariant(of, "retreat"),
+          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::reload, fault_kind::memory,
+                                  fault_kind::wire, fault_kind::line, fault_kind::tear,
+                                  fault_kind::partial, fault_kind::stray, fault_kind::boundary})) {}
+    void started() override { waits_.clear(); }
+    void exchanged(const exchange &seen) override {
+        if (!judged_ || seen.written.empty()) return;
+        const machine &facts = of_.running_at(seen.sent);
+        const written_block &block = block_of(facts, seen);
+        const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
+        const bool rests = block.mode == fakeplc::box_mode::standby ||
+                           block.mode == fakeplc::box_mode::ramp ||
+                           block.mode == fakeplc::box_mode::fault;
+        if (!rests || gap_ns > 3 * facts.period_us * us) return waits_.clear();
+        const bool confirmed = seen.duration != never && seen.exception == 0;
+        waits_.resize(facts.channels.size());
+        for (std::size_t c = 0; c < waits_.size(); ++c)
+            judge(facts, facts.channels[c], std::fabs(block.um[c]), confirmed ? gap_ns : 0,
+                  waits_[c]);
+    }
+
+  private:
+    struct waiting {
+        double um = 0;
+        time_ns for_ns = 0;  // of confirmed writes
+    };
+    void judge(const machine &facts, const channel_facts &channel, double um, time_ns gap_ns,
+               waiting &now) {
+        if (um <= channel.unit_um + channel.deadband_um || um < now.um)
+            now = {um, 0};
+        else
+            now = {um, now.for_ns + gap_ns};
+        const double rate = std::min(facts.ramp_um_per_s, channel.slew_um_per_s);
+        const auto unit_ns = static_cast<time_ns>(1e9 * channel.unit_um / rate);
+        if (now.for_ns > 6 * longest_late(facts) + 2 * unit_ns)
+            violated(fmt::format("{} stays at {} um for {} ms of confirmed writes, without ACTIVE",
+                                 channel.name, um, now.for_ns / ms));
+    }
+
+    bool judged_;
+    std::vector<waiting> waits_;  // by channel
+    time_ns sent_ns_ = 0;
+};
+
 }  // namespace
 
 void add_reference(run &of, invariants &all) {
     all.push_back(std::make_unique<reference_invariant>(of));
     all.push_back(std::make_unique<progress_invariant>(of));
+    all.push_back(std::make_unique<retreat_invariant>(of));
 }
 
 }  // namespace compbox::world

@@ -52,6 +52,7 @@ class shown_invariant : public invariant {
     }
     void shown(const json &snapshot) override {
         judge_file(snapshot);
+        judge_channels(snapshot);
         if (!judged_) return;
         for (const json &signal : snapshot.at("signals")) {
             const std::string state = signal.at("state");
@@ -105,6 +106,53 @@ class shown_invariant : public invariant {
         if (snapshot.at("crc") != fmt::format("{:08x}", sum))
             violated(fmt::format("the crc is {}, that of revision {} is {:08x}",
                                  snapshot.at("crc").dump(), of->revision, sum));
+    }
+
+    // A demand is the negative sum of the terms beside it. An output in ACTIVE that differs from it
+    // within the limit is on its way.
+    void judge_channels(const json &snapshot) {
+        const machine *of = of_.with_revision(snapshot.at("revision"));
+        if (of == nullptr || draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return;
+        std::map<std::string, const json *> terms;
+        for (const json &term : snapshot.at("terms")) terms[term.at("name")] = &term.at("value");
+        const json &channels = snapshot.at("channels");
+        for (std::size_t c = 0; c < of->channels.size(); ++c) {
+            const json &shown = channels.at(c);
+            if (!shown.at("demand_um").is_number() || !shown.at("output_um").is_number()) continue;
+            judge_demand(shown, terms);
+            judge_way(of->channels[c], shown, snapshot.at("mode") == "ACTIVE");
+        }
+    }
+    void judge_demand(const json &shown, const std::map<std::string, const json *> &terms) {
+        double sum = 0, near = 1e-3;
+        for (const std::string term : shown.at("terms")) {
+            const json &value = *terms.at(term);
+            if (!value.is_number()) return;
+            sum += value.get<double>();
+            near += 1e-5 * std::fabs(value.get<double>());
+        }
+        if (std::fabs(sum + shown.at("demand_um").get<double>()) > near)
+            violated(fmt::format("the demand of {} is {} um, its terms are {} um together",
+                                 shown.at("name").dump(), shown.at("demand_um").dump(), sum));
+    }
+    void judge_way(const channel_facts &channel, const json &shown, bool active) {
+        const double output_um = shown.at("output_um");
+        const double within_um =
+            std::clamp(shown.at("demand_um").get<double>(), -channel.limit_um, channel.limit_um);
+        const double way_um = std::fabs(within_um - output_um);
+        const double near_um = std::max(channel.deadband_um, channel.unit_um);
+        const double rounding_um = 1e-3 + 1.1 * channel.unit_um + 1e-5 * channel.limit_um;
+        if (active && shown.at("slewed") != (way_um > near_um) &&
+            std::fabs(way_um - near_um) > rounding_um)
+            violated(fmt::format("{} is {}on its way, and it is {} um from {} um", channel.name,
+                                 shown.at("slewed") ? "" : "not ", way_um, within_um));
+        if (!active && shown.at("slewed"))
+            violated(fmt::format("{} is on its way without ACTIVE", channel.name));
+        if (std::fabs(shown.at("limit_used").get<double>() * channel.limit_um -
+                      std::fabs(output_um)) > rounding_um)
+            violated(fmt::format("{} uses {} of its limit of {} um, its output is {} um",
+                                 channel.name, shown.at("limit_used").dump(), channel.limit_um,
+                                 output_um));
     }
 
     // Some seconds behind a start or another file. For a time within max_age_ms the source has

@@ -119,11 +119,12 @@ struct draft {
         node.number = number;
         node.starts_itself = chance.one_in(2);
         node.every = chance.time_between(50, 500) * ms;
+        draw_identifiers(node);
         made.nodes.push_back(node);
         const std::string name = fmt::format("C{}", number);
         root["signals"].push_back({{"name", name},
                                    {"unit", "degC"},
-                                   {"can", fmt::format("{:#x}", 0x180 + number)},
+                                   {"can", node.id_text(false)},
                                    {"type", "int16le"},
                                    {"scale", 0.1},
                                    {"min", -10},
@@ -135,6 +136,16 @@ struct draft {
         if (!entry.contains("heartbeat_timeout_ms")) made.nodes.back().heartbeat = 0;
         root["can"]["nodes"].push_back(entry);
         lags.push_back(name);
+    }
+
+    // With dice of its own: the other draws stay what they are.
+    void draw_identifiers(can_node &node) const {
+        dice own(made.twin.seed + static_cast<std::uint64_t>(node.number), "CAN identifiers");
+        using id_format = can_node::id_format;
+        if (own.one_in(2)) return;
+        node.format =
+            own.one_of(std::vector{id_format::bits_11, id_format::bits_29, id_format::any_source});
+        node.has_double = node.format != id_format::any_source;
     }
 
     // Blocks end behind what was laid out; their counters are the first and the last register.
@@ -798,8 +809,8 @@ struct draft {
         if (dice(made.twin.seed, "tool").one_in(2)) add_tool(term);
         root["terms"].push_back(term);
         for (auto &entry : root["channels"]) {
-            const std::string name = entry["name"];
-            if (name == "X" || name == "Z") entry["sum"].push_back("V" + name);
+            const std::string name = entry["name"];  // X, Z, or Y1 and Y2
+            entry["sum"].push_back("V" + name.substr(0, 1));
         }
     }
     // Its length by the PLC, which may be missing.
@@ -1183,8 +1194,11 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     // The other one of a node's two frames needs other filters.
     for (json &signal : signals)
         if (signal.contains("can") && order.one_in(3)) {
-            const std::string id = signal["can"];
-            signal["can"] = fmt::format("{:#x}", std::stoul(id, nullptr, 16) ^ 0x300UL);
+            const can_node &node =
+                *std::find_if(of.nodes.begin(), of.nodes.end(), [&signal](const can_node &one) {
+                    return signal["name"] == fmt::format("C{}", one.number);
+                });
+            signal["can"] = node.id_text(signal["can"] == node.id_text(false));
         }
     dice wiring(of.twin.seed + revision, "wiring");
     if (wiring.one_in(3)) reorder_terms(root, wiring);

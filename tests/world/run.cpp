@@ -46,8 +46,14 @@ std::optional<site_ceiling> ceiling_of(const machine &of, std::uint64_t seed) {
         largest_um = std::max(largest_um, channel.limit_um);
         slowest = std::min(slowest, channel.slew_um_per_s);
     }
-    return site_ceiling{std::round(largest_um * chance.between(0.1, 1.2)) + 1,
-                        std::round(slowest * chance.between(1, 5)) + 1};
+    site_ceiling drawn{std::round(largest_um * chance.between(0.1, 1.2)) + 1,
+                       std::round(slowest * chance.between(1, 5)) + 1};
+    // A slope has to reach 0 within a second, so a rate may bound slopes too.
+    const bool has_slopes = std::any_of(of.channels.begin(), of.channels.end(),
+                                        [](const auto &one) { return one.slope_limit > 0; });
+    if (has_slopes && chance.one_in(2))
+        drawn.um_per_s = std::round(10 * chance.log_between(2, 30)) / 10;
+    return drawn;
 }
 
 std::optional<file_signer> signer_of(std::uint64_t seed) {
