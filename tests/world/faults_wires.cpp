@@ -24,7 +24,8 @@ void go_off_the_bus(run &of) {
         back = error_frame(CAN_ERR_CRTL);
         back.data[1] = CAN_ERR_CRTL_ACTIVE;
     }
-    of.time.at(of.time.now() + second, [&of, back] { of.can->put(back); });
+    of.can->on_the_bus_ns = of.time.now() + second;
+    of.time.at(of.can->on_the_bus_ns, [&of, back] { of.can->put(back); });
 }
 
 // The interface leaves, and is back by itself.

@@ -304,9 +304,13 @@ class sigma_invariant : public invariant {
         for (const auto &term : root.at("terms")) {
             const std::string type = term.at("type");
             if (type == "adapt") continue;  // its own filter's
-            floors_[term.at("name")] =
-                term.contains("sigma") ? term.at("sigma").at("floor_um")[0].get<double>() : -1;
-            if (term.contains("sigma")) stated_[term.at("name")] = term;
+            const json outputs = term.value("outputs", json::array({term.at("name")}));
+            for (std::size_t k = 0; k < outputs.size(); ++k) {
+                floors_[outputs[k]] = -1;
+                if (!term.contains("sigma")) continue;
+                floors_[outputs[k]] = term.at("sigma").at("floor_um")[k];
+                stated_[outputs[k]] = {term, k};
+            }
         }
         for (const auto &signal : root.at("signals"))
             if (signal.value("power", 1) == 2) squares_.insert(signal.at("name"));
@@ -317,7 +321,8 @@ class sigma_invariant : public invariant {
             const auto floor = floors_.find(term.at("name"));
             if (floor != floors_.end()) judge(term, floor->second);
             const auto stated = stated_.find(term.at("name"));
-            if (stated != stated_.end()) compare(term, stated->second, snapshot.at("signals"));
+            if (stated != stated_.end())
+                compare(term, stated->second.term, stated->second.output, snapshot.at("signals"));
         }
     }
 
@@ -333,9 +338,9 @@ class sigma_invariant : public invariant {
     }
 
     // in : x: of the bank's only input, without lags
-    static double sigma_at(const json &term, double x) {
+    static double sigma_at(const json &term, std::size_t output, double x) {
         const json &sigma = term.at("sigma");
-        const double floor = sigma.at("floor_um")[0], along = sigma.at("along_um")[0];
+        const double floor = sigma.at("floor_um")[output], along = sigma.at("along_um")[output];
         double square = 0;
         for (std::size_t d = 0; d < sigma.at("directions").size(); ++d) {
             double z = sigma.at("offsets")[d];
@@ -346,7 +351,7 @@ class sigma_invariant : public invariant {
         return std::sqrt(floor * floor + along * along * square);
     }
     // The box goes over a bank once a second, so its sigma may be of a value from before.
-    void compare(const json &stated, const json &term, const json &signals) {
+    void compare(const json &stated, const json &term, std::size_t output, const json &signals) {
         const json &bank = term.at("bank");
         if (bank.at("tau_s") != json::array({0}) || !stated.at("sigma_um").is_number() ||
             hides_exchanges(of_) ||
@@ -361,7 +366,7 @@ class sigma_invariant : public invariant {
             const double x = signal.at("value"), um = stated.at("sigma_um");
             double low = 1e30, high = 0;
             for (int k = -8; k <= 8; ++k) {
-                const double there = sigma_at(term, x + near * k / 8);
+                const double there = sigma_at(term, output, x + near * k / 8);
                 low = std::min(low, there);
                 high = std::max(high, there);
             }
@@ -372,8 +377,12 @@ class sigma_invariant : public invariant {
     }
 
     std::map<std::string, double> floors_;
-    std::map<std::string, json> stated_;  // terms of the file with a sigma
-    std::set<std::string> squares_;       // lags of the square of a signal
+    struct stated_sigma {
+        json term;
+        std::size_t output = 0;  // of those of the term
+    };
+    std::map<std::string, stated_sigma> stated_;  // by output
+    std::set<std::string> squares_;               // lags of the square of a signal
 };
 
 }  // namespace

@@ -470,7 +470,8 @@ class status_invariant : public invariant {
 };
 
 // ACTIVE ends for enable or a reference only if a reading lacked it. A PLC that is not read is the
-// first reason of all, and none where each reading and write has its reply in time.
+// first reason of all, and none where each reading and write has its reply in time. What the PLC
+// applies is right again by a whole reading alone.
 class reason_invariant : public invariant {
   public:
     explicit reason_invariant(run &of)
@@ -479,6 +480,9 @@ class reason_invariant : public invariant {
           reads_judged_(lag_ns_ == 0 && !draws_any(of, {fault_kind::tear, fault_kind::partial,
                                                         fault_kind::wire, fault_kind::line,
                                                         fault_kind::hostile, fault_kind::memory})),
+          sees_ends_(lag_ns_ == 0 &&
+                     !draws_any(of, {fault_kind::partial, fault_kind::wire, fault_kind::line,
+                                     fault_kind::hostile, fault_kind::memory})),
           calm_(lag_ns_ == 0 &&
                 !draws_any(of, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
                                 fault_kind::exception, fault_kind::wire, fault_kind::plc_stop,
@@ -486,7 +490,7 @@ class reason_invariant : public invariant {
                                 fault_kind::foreign, fault_kind::stray, fault_kind::boundary})) {}
     void started() override {
         active_ns_ = read_ns_ = never;
-        was_active_ = false;
+        was_active_ = is_unapplied_ = false;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
@@ -497,6 +501,7 @@ class reason_invariant : public invariant {
         if (!is_reading(facts, seen)) return;
         read_ns_ = seen.sent;
         const read_head head = head_of(facts, seen);
+        if (head.whole) is_unapplied_ = false;
         if (!head.enables()) disabled_ns_ = std::max(disabled_ns_, seen.sent);
         if (!head.references(facts)) lost_ns_ = std::max(lost_ns_, seen.sent);
     }
@@ -515,6 +520,10 @@ class reason_invariant : public invariant {
             violated(fmt::format("reason {}, and the PLC was not read for {} ms", block.reason,
                                  (seen.sent - read_ns_) / ms));
         was_active_ = was_active_ || block.mode == fakeplc::box_mode::active;
+        const bool acts = block.mode == fakeplc::box_mode::active && !facts.fc23;
+        if (sees_ends_ && is_unapplied_ && acts && block.reason == none)
+            violated("reason 13 ends without a whole reading");
+        is_unapplied_ = acts && block.reason == unapplied;
         if (block.mode != fakeplc::box_mode::active) idle_ns_ = seen.sent;
         const bool follows = of_.plc.has_followed(seen.sent - idle_ns_);
         if (calm_ && was_active_ && of_loss.count(block.reason) > 0 &&
@@ -534,7 +543,8 @@ class reason_invariant : public invariant {
     }
 
     time_ns lag_ns_;
-    bool reads_judged_, calm_, was_active_ = false;
+    bool reads_judged_, sees_ends_, calm_, was_active_ = false;
+    bool is_unapplied_ = false;              // by the newest write, and no reading came behind it
     time_ns read_ns_ = never, idle_ns_ = 0;  // idle: the newest write that is not ACTIVE
     time_ns active_ns_ = never;              // of the newest write, if it is ACTIVE
     time_ns disabled_ns_ = -never / 2, lost_ns_ = -never / 2;

@@ -379,14 +379,19 @@ class progress_invariant : public invariant {
 };
 
 // Without permission, and behind a lost contact that outlasts HOLD, outputs come nearer to zero, as
-// long as writes are confirmed. The write that may still take effect delays that for a while.
+// long as writes are confirmed. The write that may still take effect delays that for a while. A
+// control that takes small steps alone gets none while it applies another client's value.
 class retreat_invariant : public invariant {
   public:
     explicit retreat_invariant(run &of)
         : invariant(of, "retreat"),
           judged_(!draws_any(of, {fault_kind::hostile, fault_kind::reload, fault_kind::memory,
                                   fault_kind::wire, fault_kind::line, fault_kind::tear,
-                                  fault_kind::partial, fault_kind::stray, fault_kind::boundary})) {}
+                                  fault_kind::partial, fault_kind::stray, fault_kind::boundary})) {
+        const bool has_steps = of.box_machine.profile.name == "fanuc" ||
+                               of.box_machine.text.find("max_step_units") != std::string::npos;
+        if (has_steps && draws(of, fault_kind::foreign)) judged_ = false;
+    }
     void started() override { waits_.clear(); }
     void exchanged(const exchange &seen) override {
         if (!judged_ || seen.written.empty()) return;

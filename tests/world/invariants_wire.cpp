@@ -258,6 +258,7 @@ class nodes_invariant : public invariant {
                     violated(
                         fmt::format("node {} was lost {} times, and nothing happens to the bus",
                                     shown.at("node").get<int>(), shown.value("losses", 0)));
+        if (judged_ && all.contains("can")) judge_state(all.at("can").at("state"));
         if (!judged_ || of_.can->state() == can_bus::interface_state::up ||
             of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
             return;
@@ -270,6 +271,13 @@ class nodes_invariant : public invariant {
     }
 
   private:
+    // The controller has said that it is on the bus again, and the box lost no frame.
+    void judge_state(const std::string &state) {
+        const time_ns back_ns = std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns});
+        if (state == "bus-off" && of_.can->lost == 0 && of_.time.now() - back_ns > most)
+            violated(fmt::format("CAN is shown as off the bus, which ended {} ms ago",
+                                 (of_.time.now() - back_ns) / ms));
+    }
     static constexpr time_ns most = 4 * second;  // the box: its look at the interface, and a second
     time_ns start_ns_ = 0;
     bool judged_;

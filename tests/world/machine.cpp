@@ -52,7 +52,7 @@ struct draft {
         if (chance.one_in(3))
             root["cycle"]["lead_ms"] = "measured";
         else if (chance.one_in(2))
-            root["cycle"]["lead_ms"] = chance.below(100);
+            root["cycle"]["lead_ms"] = static_cast<double>(chance.below(100)) + part_of_ms();
         json &plc = root["plc"];
         plc["profile"] = profile();
         draw_transport(plc["transport"]);
@@ -71,7 +71,13 @@ struct draft {
         dice own(made.twin.seed, "deadband");
         if (own.one_in(4)) plc["deadband_um"] = rounded(own.log_between(0.05, 5));
         if (!is("fanuc") && chance.one_in(4))
-            plc["interpolate_ms"] = rounded(period_ms * chance.between(0.5, 1.0));
+            plc["interpolate_ms"] = rounded(period_ms * std::min(chance.between(0.5, 1.2), 1.0));
+    }
+
+    // With dice of its own. out: 0 or less than 1
+    double part_of_ms() const {
+        dice own(made.twin.seed, "part of a ms");
+        return own.one_in(2) ? rounded(own.between(0.001, 0.999)) : 0;
     }
 
     // A serial line needs a period that its exchange fits into.
@@ -586,15 +592,17 @@ struct draft {
     // Likewise: networks and banks with two outputs, networks with a linear path and a scale of
     // their outputs. Another channel takes the second output.
     void draw_second_outputs() {
-        dice own(made.twin.seed, "second outputs");
+        dice of_most(made.twin.seed, "second outputs");
+        dice of_sigma(made.twin.seed, "second outputs with sigma");
         for (auto &term : root["terms"]) {
             const bool is_net = term["type"] == "bpnet";
+            dice &own = term.contains("sigma") ? of_sigma : of_most;
             if (is_net && own.one_in(3)) {
                 term["linear_weights"] = {values_of(own, 2, 5)};
                 term["output_center"] = values_of(own, 1, 5);
                 term["output_scale"] = {rounded(own.between(0.3, 1.5))};
             }
-            if (!(is_net || term.contains("bank")) || term.contains("sigma") || !own.one_in(2) ||
+            if (!(is_net || term.contains("bank")) || !own.one_in(2) ||
                 parts_of_terms().count(term["name"]) > 0)
                 continue;
             const std::string first = is_net ? term["outputs"][0] : term["name"];
@@ -610,6 +618,9 @@ struct draft {
                 bank["weights"].push_back(row);
                 bank["bias"].push_back(rounded(own.between(-5, 5)));
             }
+            if (term.contains("sigma"))
+                for (const char *of : {"floor_um", "along_um"})
+                    term["sigma"][of].push_back(rounded(own.log_between(0.3, 30)));
             root["channels"][own.below(root["channels"].size())]["sum"].push_back(first + "b");
         }
     }
@@ -770,6 +781,10 @@ struct draft {
                               {"to", rounded(1.6 * half)}};
             for (int k = 0; k < 5; ++k)
                 made_term["coefficients"].push_back(rounded(own.between(-10, 10)));
+            // Without an end it goes on as far as its signal.
+            dice ends(made.twin.seed, term["name"].get<std::string>() + " ends");
+            for (const char *end : {"from", "to"})
+                if (ends.one_in(4)) made_term.erase(end);
             term = made_term;
         }
     }

@@ -1756,4 +1756,128 @@ DEFECTS_BY_OTHERS = [
      (LINUX + "rtu.c",
       "        if (got == 0 && now_us >= rtu->line_free_us) break;\n",
       "        if (got == 0) break;\n")),
+    ("other-direction-full-width",
+     "A curve with two branches starts on the backward branch instead of the mean of both: the direction of "
+     "travel starts a whole width behind the extreme, not half of one",
+     ("models/direction.c",
+      "    direction->extreme = x + 0.5f * width;\n",
+      "    direction->extreme = x + width;\n")),
+    ("other-adapt-first-early",
+     "The first probe of a run is refused as early if it comes within min_interval_s of the start, because the "
+     "start counts as a probe that was taken",
+     ("models/adapt.c",
+      "    *state = (struct cb_adapt){.bias_d = 1.0f, .gain_d = 0.25f, .since_h = FLT_MAX};\n",
+      "    *state = (struct cb_adapt){.bias_d = 1.0f, .gain_d = 0.25f};\n")),
+    ("other-volumetric-workpiece-lever",
+     "The position of an axis that carries the workpiece does not add to its own lever, so its rotations act "
+     "over a wrong arm",
+     ("models/volumetric.c",
+      "    const unsigned from = i < f ? i : i + 1; /* workpiece side: the axis itself and all to its\n"
+      "                                                right */\n",
+      "    const unsigned from = i + 1;\n")),
+    ("other-polynomial-to",
+     "A polynomial with `to` but without `from` goes on to the signal's max, and one with `from` but without "
+     "`to` ends at 0 or is refused",
+     ("firmware/terms/polynomial.c",
+      "    if (slots[TO] == CB_ABSENT) curve->to = signal->max;\n",
+      "    if (slots[FROM] == CB_ABSENT) curve->to = signal->max;\n")),
+    ("other-fade-first-output",
+     "Of a term with several outputs whose input is missing only the first output fades; the others stay where "
+     "they were",
+     ("firmware/terms/terms.c",
+      "    fade(output, term->outputs, step->e.fade_um);\n",
+      "    fade(output, 1, step->e.fade_um);\n")),
+    ("other-sigma-along-first",
+     "Every output of a bank has the along_um of the first output, so sigma of the others is wrong away from "
+     "the middle of the training",
+     ("firmware/terms/sigma.c",
+      "    sigma.along_um = config->pool[bank->sigma + bank->outputs + k];\n",
+      "    sigma.along_um = config->pool[bank->sigma + bank->outputs];\n")),
+    ("other-product-of-faded",
+     "A product whose factor fades does not fade itself: it stays live and goes with the factor, at the ramp "
+     "times the way of its signal",
+     ("firmware/terms/product.c",
+      "    if (!signal->fresh || !cb_output_is_live(e, product->output)) return CB_TERM_MISSING;\n",
+      "    if (!signal->fresh) return CB_TERM_MISSING;\n")),
+    ("other-late-turn-restarts",
+     "Each write without a reply begins its turn anew, so outputs stand still for as long as replies are lost "
+     "now and then",
+     (BOX + "limiter.c",
+      "        state->late_max_um = state->older_max_um = sent_um;\n"
+      "        state->turn_us = 2u * late_us;\n"
+      "    }\n",
+      "        state->late_max_um = state->older_max_um = sent_um;\n"
+      "    }\n"
+      "    state->turn_us = 2u * late_us;\n")),
+    ("other-applied-forgets",
+     "A cycle without a reading clears the verdict about the applied values, so reasons 13 and 21 come and go "
+     "with each lost reading",
+     (BOX + "applied.c",
+      "    if (registers) state->verdict = verdict;\n",
+      "    state->verdict = verdict;\n")),
+    ("other-restart-adapt-ramps",
+     "After a restart an adapted term begins at its bare model and ramps to the stored bias and gain, instead "
+     "of going on with them",
+     (BOX + "state.c",
+      "        adapted->bias_um = adapted->to_bias_um = box->probes[i].filter.bias_um;\n"
+      "        adapted->gain = adapted->to_gain = box->probes[i].filter.gain;\n",
+      "        adapted->to_bias_um = box->probes[i].filter.bias_um;\n"
+      "        adapted->to_gain = box->probes[i].filter.gain;\n")),
+    ("other-interpolate-whole-period",
+     "A file whose interpolate_ms equals period_ms is refused, which is the value that the manual recommends",
+     ("firmware/load/plc.c",
+      "    if (config->plc.interpolate_us <= config->period_us) return true;\n",
+      "    if (config->plc.interpolate_us < config->period_us) return true;\n")),
+    ("other-rtu-no-reserve",
+     "On a serial line repeated readings take the time of the write, so a lost reply costs the write of its "
+     "cycle too",
+     ("firmware/wire/rtu_dialog.c",
+      "    const bool reads = request->function == CB_MODBUS_READ;\n"
+      "    dialog->request_us = cb_rtu_exchange_us(&dialog->manners.line, request, 0);\n"
+      "    dialog->deadline_us = deadline_us;\n"
+      "    dialog->again_until_us = deadline_us - (reads ? (int64_t)dialog->manners.reserve_us : 0);\n",
+      "    dialog->request_us = cb_rtu_exchange_us(&dialog->manners.line, request, 0);\n"
+      "    dialog->deadline_us = dialog->again_until_us = deadline_us;\n")),
+    ("other-velocity-over-gap",
+     "After a gap of more than three periods a position leads by the velocity from before the gap, not from 0",
+     (SIGNALS + "signals.c",
+      "    if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return 0.0f;\n",
+      "    if (elapsed_us > (int64_t)CB_LEAD_PERIODS * config->period_us) return velocity;\n")),
+    ("other-lead-whole-ms",
+     "A lead_ms with a fraction is rounded to whole milliseconds",
+     ("firmware/load/load.c",
+      "    config->lead_us = (uint32_t)(lead_ms * 1000.0f + 0.5f);\n",
+      "    config->lead_us = (uint32_t)(lead_ms + 0.5f) * 1000u;\n")),
+    ("other-link-pause-unbounded",
+     "The pause between attempts to connect doubles without end, so after a long outage the box comes back "
+     "minutes late",
+     (LINUX + "link.c",
+      "    uint32_t doubled = link->backoff_us == 0 ? FIRST_BACKOFF_US : 2 * link->backoff_us;\n"
+      "    link->backoff_us = doubled > MAX_BACKOFF_US ? MAX_BACKOFF_US : doubled;\n",
+      "    link->backoff_us = link->backoff_us == 0 ? FIRST_BACKOFF_US : 2 * link->backoff_us;\n")),
+    ("other-can-frame-from-future",
+     "CAN frames that wait in the queue while the wall clock is set back get a time in the future, and the box "
+     "drops their values as unknown samples",
+     (LINUX + "can.c",
+      "    return time_us > now_us ? now_us : time_us;\n",
+      "    return time_us;\n")),
+    ("other-reload-generation-behind",
+     "After a reload the loop drops all samples of the bus and of measurements by hand, because it expects "
+     "those of the previous file",
+     (DAEMON + "loop.c",
+      "    loop->target.generation = loop->generation + 1;\n"
+      "    __atomic_store_n(&loop->generation, loop->target.generation, __ATOMIC_RELEASE);\n",
+      "    loop->target.generation = loop->generation;\n"
+      "    __atomic_store_n(&loop->generation, loop->generation + 1, __ATOMIC_RELEASE);\n")),
+    ("other-blackbox-rows-twice",
+     "A file of the black box begins with the oldest row in memory, so rows that are in the file before it are "
+     "written again",
+     (OUTPUT + "blackbox.c",
+      "    box->next = box->written > oldest ? box->written : oldest;\n",
+      "    box->next = oldest;\n")),
+    ("other-notify-whole-interval",
+     "systemd's watchdog is fed once in its whole timeout instead of at half of it, and ends a healthy box",
+     (DAEMON + "supervise.c",
+      "    return strtoll(text, NULL, 10) / 2;\n",
+      "    return strtoll(text, NULL, 10);\n")),
 ]

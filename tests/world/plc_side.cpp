@@ -35,7 +35,8 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       temperatures_(of.twin.signals),
       warmth_(seed, "warmth"),
       prober_(seed, "prober"),
-      late_copies_(seed, "late copies") {
+      late_copies_(seed, "late copies"),
+      passing_(seed, "passes 65535") {
     control.leave_truth_out();
     control.set_permit(permits_resume);
     dice beat(seed, "beat");  // which passes 65535 soon
@@ -294,12 +295,25 @@ void plc_side::received(const connection_ptr &from, const std::string &bytes, ti
     }
 }
 
+// The heartbeat of one PLC in three may pass 65535 while nobody reads it.
+void plc_side::pass_65535() {
+    const time_ns unread_ns = net_.box.time.now() - served_ns_;
+    if (heartbeat_offset == 0 || unread_ns < machine_.heartbeat_timeout_us * us) return;
+    constexpr unsigned most = 20000;  // beyond 32767 it would be one that has gone back
+    const auto shown = static_cast<std::uint16_t>(control.state().plc_heartbeat + heartbeat_offset);
+    const unsigned left = 65536U - shown;
+    if (left < most && passing_.one_in(2))
+        heartbeat_offset = static_cast<std::uint16_t>(heartbeat_offset + left + passing_.below(9));
+}
+
 plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns sent) {
     const reply_fate fate = faults == nullptr ? reply_fate{} : faults->at_request(request);
     if (serves && fate.ignored && fate.stray != stray_reply::none)
         return {{request.begin(), request.begin() + 5}, ms, false, fate.stray, true, false};
     if (!serves || fate.ignored) return {};
     catch_up();
+    pass_65535();
+    if (!fate.lost && !fate.resets) served_ns_ = net_.box.time.now();
     fakeplc::byte_string reply = fate.exception != 0
                                      ? fakeplc::modbus::exception_reply(
                                            request[0], static_cast<std::uint8_t>(fate.exception))

@@ -126,6 +126,7 @@ class plc_side : public tcp_peer {
     void permit_by_enable();
     void acknowledge_fault();
     void remember_applied(const fakeplc::plc_state &state);
+    void pass_65535();
     void disguise(const fakeplc::byte_string &request, fakeplc::byte_string &reply) const;
     void drop_idle_clients(time_ns longest);
 
@@ -158,7 +159,8 @@ class plc_side : public tcp_peer {
     std::map<std::string, double> temperatures_;
     dice warmth_;
     double warm_ = 0, warms_by_ = 0;  // what sensors that check each other have in common
-    dice prober_, late_copies_;
+    dice prober_, late_copies_, passing_;
+    time_ns served_ns_ = 0;      // the newest request that the PLC answers
     std::uint64_t probing_ = 0;  // what the prober does now
     double probed_um_ = 0;
     double place_um_ = 0;

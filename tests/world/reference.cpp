@@ -57,8 +57,8 @@ double lagged(double y, double u, double to, double dt_s, double tau_s) {
 }
 
 polynomial::polynomial(const json &term)
-    : from(term.at("from")),
-      to(term.at("to")),
+    : from(term.value("from", -1e9)),
+      to(term.value("to", 1e9)),
       center(term.at("center")),
       half_range(term.at("half_range")),
       coefficients(term.at("coefficients").get<numbers>()) {}

@@ -86,7 +86,8 @@ const edge edges[] = {
          if (!channel.is_slope) channel.deadband_um = channel.limit_um;
      })},
     // A kill ends a FAULT, too.
-    {"models", 1131, 4000, "kill,slow",
+    {"models", 1131, 4000, "kill,slow", nullptr},
+    {"models", 1193, 4000, "kill,slow",
      to_channels([](cb_channel_config &channel) { channel.error_um = 1e9F; })},
     // With FC23 a step behind a late exchange is followed by a write in time.
     {"status", 311306, 3000, "tear,partial,kill,hostile,wire,line,reader,mute",
@@ -109,6 +110,8 @@ const edge edges[] = {
     {"snapshot", 829, 2500, "power_cut,reload", nullptr},
     // By FC23 the box steps behind the read-back.
     {"reference", 5142, 2500, "kill,restart", nullptr},
+    // A FANUC control applies another client's value, from which its window of steps does not reach.
+    {"retreat", 1252, 2500, "preempt,clock,foreign", nullptr},
     // The temperature moves on while no reading comes, and the sigma is that of a second ago.
     {"sigma", 5158, 2500, "loss,mute", nullptr},
     // The machine is suspended before the first step of a daemon.
