@@ -452,7 +452,8 @@ class overrun_invariant : public invariant {
 };
 
 // The hardware watchdog and systemd are fed by completed cycles alone, and READY waits for one.
-// Whoever ends as asked leaves the hardware watchdog disarmed.
+// systemd gets one at half of its time-out. Whoever ends as asked leaves the hardware watchdog
+// disarmed.
 class watchdog_invariant : public invariant {
   public:
     explicit watchdog_invariant(run &of) : invariant(of, "watchdog") {}
@@ -469,6 +470,13 @@ class watchdog_invariant : public invariant {
             violated("systemd hears READY before the first tick, let alone a cycle");
         if (!words.empty() && words != "WATCHDOG=1" && words != "V") return;
         feeding &who = fed_[words == "WATCHDOG=1"];
+        const time_ns since_ns = of_.time.now() - std::exchange(who.at_ns, of_.time.now());
+        if (words == "WATCHDOG=1" && who.armed && is_regular() &&
+            since_ns > run::systemd_waits / 2 + second)
+            violated(
+                fmt::format("systemd is fed {} ms behind the last time, and its time-out is {}"
+                            " ms",
+                            since_ns / ms, run::systemd_waits / ms));
         who.armed = words != "V";
         // A cycle may end between a feed and the wait for the next tick.
         if (who.armed && ++who.since_tick > 2)
@@ -482,9 +490,16 @@ class watchdog_invariant : public invariant {
     }
 
   private:
+    // Cycles complete at their time, and no message is lost.
+    bool is_regular() const {
+        return longest_lag(of_) == 0 &&
+               !draws_any(of_, {fault_kind::suspend, fault_kind::refuse, fault_kind::partial,
+                                fault_kind::stall, fault_kind::disk});
+    }
     struct feeding {
         bool armed = false;
         int since_tick = 0;
+        time_ns at_ns = 0;
     };
     std::array<feeding, 2> fed_;  // the hardware, systemd
     bool waited_ = false;         // for its first tick

@@ -429,7 +429,8 @@ void run::start_daemon() {
     if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
-        box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"}, {"WATCHDOG_USEC", "10000000"}};
+        box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"},
+                           {"WATCHDOG_USEC", fmt::format("{}", systemd_waits / us)}};
     if (ceiling_)
         words.insert(words.end(), {"--most-um", fmt::format("{}", ceiling_->um), "--most-um-per-s",
                                    fmt::format("{}", ceiling_->um_per_s)});

@@ -112,6 +112,7 @@ class run {
     static constexpr std::size_t old_record_bytes = 95000;
     static constexpr const char *unfinished = ".new";          // behind the name of a file
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
+    static constexpr time_ns systemd_waits = 10 * second;      // its WATCHDOG_USEC
     // Files are kept more often where the faults of the run act on them.
     bool keeps_events() const { return options.seed % 2 == 1 || files_suffer_; }
     bool keeps_record() const;
