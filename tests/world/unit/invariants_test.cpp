@@ -106,6 +106,8 @@ const edge edges[] = {
      [](cb_loop &loop) { loop.box->counters.registers_foreign = 1; }},
     // A flood of files fills the events, and another file takes their name.
     {"events", 427, 2500, "reload,sensors", nullptr},
+    // The thread that writes events stands for longer than a stop waits.
+    {"events", 2119, 2500, "tear,twice,enable,power_cut,restart,state,stall,can", nullptr},
     // No source has given a value since the power came back.
     {"snapshot", 829, 2500, "power_cut,reload", nullptr},
     // By FC23 the box steps behind the read-back.
