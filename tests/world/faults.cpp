@@ -63,6 +63,11 @@ constexpr std::pair<fault_kind, fault_kind> companions[] = {
     {fault_kind::kill, fault_kind::restart},
 };
 
+void add_companions(fault_set &kinds, dice &chance) {
+    for (const auto &[kind, other] : companions)
+        if (kinds.count(kind) > 0 && chance.one_in(3)) kinds.insert(other);
+}
+
 // Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
 // behind it. Half of them are rich ones.
 fault_set few_kinds(dice &chance, const machine &of) {
@@ -75,8 +80,7 @@ fault_set few_kinds(dice &chance, const machine &of) {
         kinds.insert(chance.one_in(2) || !can_act_on(of, any) ? chance.one_of(rich) : any);
     }
     if (chance.one_in(3)) kinds.insert(chance.one_of(ends));
-    for (const auto &[kind, other] : companions)
-        if (kinds.count(kind) > 0 && chance.one_in(3)) kinds.insert(other);
+    add_companions(kinds, chance);
     return kinds;
 }
 
@@ -89,7 +93,7 @@ fault_set clear_kinds(dice &chance, const machine &of) {
     if (!of.nodes.empty()) clear.insert(clear.end(), 4, fault_kind::can);
     fault_set kinds = {chance.one_of(clear)};
     if (chance.one_in(3)) kinds.insert(chance.one_of(clear));
-    if (kinds.count(fault_kind::kill) > 0 && chance.one_in(3)) kinds.insert(fault_kind::restart);
+    add_companions(kinds, chance);
     return kinds;
 }
 

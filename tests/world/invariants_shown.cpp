@@ -51,8 +51,10 @@ class shown_invariant : public invariant {
         if (judged_ && path == run::state_path) judge_state(file.bytes);
     }
     void shown(const json &snapshot) override {
-        judge_file(snapshot);
-        judge_channels(snapshot);
+        if (const machine *of = file_of(snapshot)) {
+            judge_sum(*of, snapshot);
+            judge_channels(*of, snapshot);
+        }
         if (!judged_) return;
         for (const json &signal : snapshot.at("signals")) {
             const std::string state = signal.at("state");
@@ -63,7 +65,8 @@ class shown_invariant : public invariant {
             const bool is_used = state == "fresh" && signal.at("value").is_number();
             if (is_used && (of[0] != 'H' || was_heard(of))) judge(of, signal.at("value"));
             if (state == "never" && of[0] == 'H' && was_heard(of))
-                violated(fmt::format("{} has had no value, and somebody has measured it", of));
+                violated(
+                    fmt::format("{} was measured by hand, and the box shows no value of it", of));
             if (state != "fresh" && of[0] != 'H') judge_missing(of, state);
         }
     }
@@ -97,30 +100,30 @@ class shown_invariant : public invariant {
                                  value, longest / second));
     }
 
-    // The check sum is that of the file which the revision names.
-    void judge_file(const json &snapshot) {
-        const machine *of = of_.with_revision(snapshot.at("revision"));
-        if (of == nullptr || draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return;
-        const auto *bytes = reinterpret_cast<const unsigned char *>(of->text.data());
-        const auto sum = crc32(0, bytes, static_cast<unsigned>(of->text.size()));
+    // out: the file that the revision names; nullptr: not known
+    const machine *file_of(const json &snapshot) const {
+        if (draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return nullptr;
+        return of_.with_revision(snapshot.at("revision"));
+    }
+    void judge_sum(const machine &of, const json &snapshot) {
+        const auto *bytes = reinterpret_cast<const unsigned char *>(of.text.data());
+        const auto sum = crc32(0, bytes, static_cast<unsigned>(of.text.size()));
         if (snapshot.at("crc") != fmt::format("{:08x}", sum))
             violated(fmt::format("the crc is {}, that of revision {} is {:08x}",
-                                 snapshot.at("crc").dump(), of->revision, sum));
+                                 snapshot.at("crc").dump(), of.revision, sum));
     }
 
     // A demand is the negative sum of the terms beside it. An output in ACTIVE that differs from it
     // within the limit is on its way.
-    void judge_channels(const json &snapshot) {
-        const machine *of = of_.with_revision(snapshot.at("revision"));
-        if (of == nullptr || draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return;
+    void judge_channels(const machine &of, const json &snapshot) {
         std::map<std::string, const json *> terms;
         for (const json &term : snapshot.at("terms")) terms[term.at("name")] = &term.at("value");
         const json &channels = snapshot.at("channels");
-        for (std::size_t c = 0; c < of->channels.size(); ++c) {
+        for (std::size_t c = 0; c < of.channels.size(); ++c) {
             const json &shown = channels.at(c);
             if (!shown.at("demand_um").is_number() || !shown.at("output_um").is_number()) continue;
             judge_demand(shown, terms);
-            judge_way(of->channels[c], shown, snapshot.at("mode") == "ACTIVE");
+            judge_way(of.channels[c], shown, snapshot.at("mode") == "ACTIVE");
         }
     }
     void judge_demand(const json &shown, const std::map<std::string, const json *> &terms) {
