@@ -115,6 +115,10 @@ void each_signal(const machine &of, const exchange &seen,
         take(signal.name, signal_in(of, signal, seen));
 }
 
+double at_a_limit(double value) {
+    return 4e-3 + 1e-6 * std::fabs(value);
+}
+
 double applied_in(const machine &of, std::size_t c, const exchange &seen) {
     const fakeplc::taken_channel &channel = of.map.channels[c];
     if (!channel.applied_address) return std::nan("");

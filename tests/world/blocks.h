@@ -75,8 +75,8 @@ double signal_in(const machine &of, const fakeplc::shown_signal &signal, const e
 // Calls take(name, value) for each signal of a reading that has its reply.
 void each_signal(const machine &of, const exchange &seen,
                  const std::function<void(const std::string &, double)> &take);
-// The box may take a value that is so far beyond the range of its signal.
-constexpr double at_a_limit = 4e-3;
+// out: how far such a value may be beyond the range of its signal, and the box takes it
+double at_a_limit(double value);
 
 // out: what the PLC applies to a channel by a reading, in µm; NaN: it does not say
 double applied_in(const machine &of, std::size_t channel, const exchange &seen);

@@ -181,6 +181,7 @@ class fault_injector : public call_faults,
     void plan_ends();  // faults_computer.cpp
     void plan_stalls();
     void stall_again_and_again(dice &drawn);
+    void hold_loop(std::int64_t times);
     void plan_clock();
     void plan_memory();
     void plan_reader();

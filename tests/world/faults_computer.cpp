@@ -244,10 +244,18 @@ void fault_injector::plan_stalls() {
     });
 }
 
-// A computer that is too slow for a while: cycle after cycle of the loop comes late.
+// A computer that is too slow for a while: cycle after cycle of the loop comes late. Now and then a
+// few more do, behind a fault that was reset.
 void fault_injector::stall_again_and_again(dice &drawn) {
-    const time_ns period_ns = of_.running().period_us * us;
     const std::int64_t times = drawn.time_between(5, 24);
+    hold_loop(times);
+    dice own(static_cast<std::uint64_t>(of_.time.now()), "few stalls");
+    const time_ns pause = own.time_between(2 * second, 9 * second);
+    if (own.one_in(2)) later(pause, [this, few = own.time_between(1, 8)] { hold_loop(few); });
+}
+
+void fault_injector::hold_loop(std::int64_t times) {
+    const time_ns period_ns = of_.running().period_us * us;
     note(fault_kind::stall, fmt::format("the loop, {} times in a row", times));
     for (std::int64_t i = 0; i < times; ++i)
         later(i * 5 * period_ns, [this, until_ns = (i * 5 + 3) * period_ns + of_.time.now()] {

@@ -195,6 +195,8 @@ class probes_invariant : public invariant {
         box_.emplace(of.box_machine);
         for (const std::string output : root.at("channels")[0].at("sum"))
             if (output != term_.at("name")) others_.push_back(output);
+        needs_ = others_;
+        needs_.push_back(term_.at("of"));
         for (const auto &term : root.at("terms"))
             states_sigma_ = states_sigma_ ||
                             (term.value("name", "") == term_.at("of") && term.contains("sigma"));
@@ -251,7 +253,8 @@ class probes_invariant : public invariant {
         judged_number m = {std::nan(""), 0};  // NaN: not known
         std::optional<judged_number> um;      // what the term has to explain; none: not known
         bool is_number = false;               // the value is plausible
-        bool may_lack = false;                // an input may have been missing
+        bool may_lack = false;                // an input may have been missing …
+        bool lacks = false;                   // … or was, of another term or the model
     };
 
     void take_probe(const machine &facts, const exchange &seen) {
@@ -264,6 +267,7 @@ class probes_invariant : public invariant {
         if (seen.sent - started_ns_ > 1200 * ms) one.m = box_->judged({term_.at("of")});
         one.is_number = value.has_value();
         one.may_lack = box_->may_lack_input(seen.sent);
+        one.lacks = box_->lack_input(needs_, seen.sent);
         const judged_number others = box_->judged(others_);
         if (value && !channel.tangent && !std::isnan(others.value)) {
             const judged_number own_um = own_part(facts, seen);
@@ -328,6 +332,7 @@ class probes_invariant : public invariant {
     void judge_outcome(const filter_state &now, bool taken) {
         const double e = *now.innovation, m = newest_.m.value, root_s = *now.expected;
         if (!newest_.is_number) violated("a probe that is no number is judged");
+        if (newest_.lacks) violated("a probe is judged, and a term of its channel lacks a signal");
         if (!was_.asks && since_s_ < 0.99 * with_->min_interval_s - 0.1)
             violated(fmt::format("a probe is judged {} s after the last one", since_s_));
         if (std::isnan(m)) knows_ = pends_known_ = false;
@@ -475,7 +480,8 @@ class probes_invariant : public invariant {
     std::optional<filter_settings> with_;
     std::optional<reference_box> box_;
     time_ns started_ns_ = 0;
-    std::vector<std::string> others_;  // of the channel's sum
+    std::vector<std::string> others_;  // of the channel's sum …
+    std::vector<std::string> needs_;   // … and the model
     bool states_sigma_ = false, samples_arrive_ = true;
     bool is_whole_ = false;  // a measurement is of the whole model
     double sent_um_[2] = {0, 0};

@@ -36,6 +36,8 @@ class causes_invariant : public invariant {
         const machine &facts = of_.author_of(seen);
         const written_block &block = block_of(facts, seen);
         if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
+        if (judged_ && facts.map.detail && block.reason == box_reason::drifted)
+            judge_drifted(facts, block.detail);
         const unsigned detail =
             facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
         if (detail != detail_) since_ns_ = seen.sent;
@@ -100,6 +102,13 @@ class causes_invariant : public invariant {
         if (found == shown_.end() || found->second < term_ns_ - 4 * facts.period_us * us)
             violated(fmt::format("the log names the term {}, and the detail no such one", term_));
         term_.clear();
+    }
+    // Only a term that adapts has probes.
+    void judge_drifted(const machine &facts, std::size_t detail) {
+        const std::size_t place = detail & 0xFFu;
+        const nlohmann::json &terms = facts.file().at("terms");
+        if (place > 0 && place <= terms.size() && terms[place - 1].at("type") == "adapt") return;
+        violated(fmt::format("probes are to one side, and the detail is {:#x}", detail));
     }
     static constexpr std::size_t faded = 7, drifted = 12;  // kinds of docs/faults.md
     void learn(const machine &of) {

@@ -128,7 +128,8 @@ class counters_invariant : public invariant {
         refused_before_ = refused_;
         each_signal(facts, seen, [&](const std::string &of, double value) {
             const signal_facts &signal = *facts.signal(of);
-            refused_ += !(value > signal.min - at_a_limit && value < signal.max + at_a_limit);
+            const double near = at_a_limit(value);
+            refused_ += !(value > signal.min - near && value < signal.max + near);
         });
     }
     void keep(const std::string &of, const std::string &counter, std::uint64_t value) {

@@ -439,11 +439,17 @@ class record_invariant : public invariant {
         if (of.box.files.has(std::string(run::record_path) + ".1.gz"))
             bytes_ = run::old_records * run::old_record_bytes;
     }
-    void started() override { writes_ = false; }
+    void started() override {
+        writes_ = false;
+        take_last_row();
+    }
     void file_written(const std::string &path, const node &) override {
         writes_ = writes_ || path == run::record_path;
     }
-    void ticked() override { look_at_clock(); }
+    void ticked() override {
+        look_at_clock();
+        if (!writes_ && !is_later(last_row_)) last_row_.clear();  // another clock at its first row
+    }
     void ended(const ending &how) override {
         look_at_clock();
         for (const std::string &found : of_.box.files.names_in(run::blackbox_path))
@@ -451,6 +457,7 @@ class record_invariant : public invariant {
                 check(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, found)), 0);
         const std::string text = of_.box.files.text(run::record_path);
         if (!writes_ || text.empty() || how.power_cut) return;
+        check_last_row(text);
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
         check_kept();
@@ -460,6 +467,7 @@ class record_invariant : public invariant {
 
   private:
     bool writes_ = false;
+    std::string last_row_;     // at the start, with both line ends, if it is later than that
     std::uint64_t rows_ = 0;   // of all records so far
     std::uint64_t bytes_ = 0;  // of all records at the last end
     time_ns ahead_ns_ = 0;     // the wall clock less the world's time
@@ -469,6 +477,27 @@ class record_invariant : public invariant {
         const time_ns ahead_ns = of_.box.wall() - of_.time.now();
         if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
             set_ns_ = of_.time.now();
+    }
+    // out: whether a row, by its last column, is of a time that has still to come
+    bool is_later(const std::string &row) const {
+        const auto last = row.rfind(',');
+        return last != std::string::npos && std::strtod(row.c_str() + last + 1, nullptr) >
+                                                2 + 1e-9 * static_cast<double>(of_.box.wall());
+    }
+    // A record whose last row is later than the wall clock does not go on.
+    void take_last_row() {
+        const std::string text = of_.box.files.text(run::record_path);
+        const auto end = text.rfind('\n');
+        last_row_.clear();
+        if (end == std::string::npos || end == 0) return;
+        const auto begin = text.rfind('\n', end - 1);
+        if (begin != std::string::npos) last_row_ = text.substr(begin, end - begin + 1);
+        if (!is_later(last_row_)) last_row_.clear();
+    }
+    void check_last_row(const std::string &text) {
+        const auto found = last_row_.empty() ? std::string::npos : text.find(last_row_);
+        if (found != std::string::npos && found + last_row_.size() < text.size())
+            violated("the record goes on behind a row that is later than the wall clock was");
     }
     // A clock that was not set for ten seconds gave the newest row its time.
     void check_clock(const std::string &text) {

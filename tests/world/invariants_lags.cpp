@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <regex>
 #include <set>
 #include <tuple>
 #include <vector>
@@ -81,14 +82,17 @@ class lags_invariant : public invariant {
     // A box goes on from what the file has, if the pause is a quarter of the time constant at most.
     void started() override {
         lags_.clear();
+        most_go_on_.reset();
         if (!judged_ || !reads_file_) return;
         const auto state = decoded(of_.box.files.text(run::state_path));
         if (!state) return;
         const time_ns wall_offset = of_.box.wall() - of_.time.now();
+        most_go_on_ = 0;
         for (const state_file::record &record : state->records) {
             const time_ns at = record.unix_us * us - wall_offset;
-            const double pause_s = 1e-9 * static_cast<double>(of_.time.now() - at) + unsure_s(true);
-            if (4 * pause_s > static_cast<double>(record.tau_s)) continue;
+            const double pause_s = 1e-9 * static_cast<double>(of_.time.now() - at);
+            if (4 * (pause_s - unsure_s(true)) <= static_cast<double>(record.tau_s)) ++*most_go_on_;
+            if (4 * (pause_s + unsure_s(true)) > static_cast<double>(record.tau_s)) continue;
             remember(record, at);
             lags_[key_of(record)].of_file = true;
         }
@@ -112,6 +116,16 @@ class lags_invariant : public invariant {
     }
     void sampled(const std::string &signal, double value) override {
         if (judged_) keep(signal, value);
+    }
+    // Another file may give a lag another time constant.
+    void logged(const std::string &line) override {
+        static const std::regex go_on(R"(: (\d+) of \d+ lags go on after a pause)");
+        std::smatch words;
+        if (!most_go_on_ || draws(of_, fault_kind::reload) ||
+            !std::regex_search(line, words, go_on) || std::stoi(words[1]) <= *most_go_on_)
+            return;
+        violated(fmt::format("{} lags go on, for {} the pause was short enough", words[1].str(),
+                             *most_go_on_));
     }
     void file_written(const std::string &path, const node &file) override {
         if (!judged_ || path != run::state_path) return;
@@ -176,8 +190,8 @@ class lags_invariant : public invariant {
     }
     void keep(const std::string &signal, double value) {
         const signal_facts *facts = of_.running().signal(signal);
-        if (facts == nullptr || !(value >= facts->min - at_a_limit) ||
-            !(value <= facts->max + at_a_limit))
+        const double near = at_a_limit(value);
+        if (facts == nullptr || !(value >= facts->min - near) || !(value <= facts->max + near))
             return;  // refused
         given_[signal].take(of_.time.now(), value);
     }
@@ -251,6 +265,7 @@ class lags_invariant : public invariant {
 
     bool judged_, reads_file_;
     std::map<lag_key, known_lag> lags_;
+    std::optional<int> most_go_on_;  // of the file that the daemon started with
     std::map<std::string, given_values> given_;
 };
 

@@ -31,7 +31,10 @@ class shown_invariant : public invariant {
             if (signal.contains("max_rate_per_s")) doubtful_.insert(signal.at("name"));
         for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
     }
-    void started() override { started_ns_ = steady_ns_ = of_.time.now(); }
+    void started() override {
+        started_ns_ = steady_ns_ = of_.time.now();
+        stands_.clear();
+    }
     void taken(const machine &, const machine &) override {
         steady_ns_ = taken_ns_ = of_.time.now();
     }
@@ -93,7 +96,7 @@ class shown_invariant : public invariant {
         const auto found = values_.find(signal);
         if (found == values_.end()) return;
         const auto is_near = [value](const given &one) {
-            return std::fabs(one.value - value) <= at_a_limit + 1e-6 * std::fabs(value);
+            return std::fabs(one.value - value) <= at_a_limit(value);
         };
         if (std::none_of(found->second.rbegin(), found->second.rend(), is_near))
             violated(fmt::format("{} is {}, and its source gave no such value for {} s", signal,
@@ -124,6 +127,7 @@ class shown_invariant : public invariant {
             if (!shown.at("demand_um").is_number() || !shown.at("output_um").is_number()) continue;
             judge_demand(shown, terms);
             judge_way(of.channels[c], shown, snapshot.at("mode") == "ACTIVE");
+            if (judged_ && !partner_of(of, c)) judge_rest(of.channels[c], shown, snapshot);
         }
     }
     void judge_demand(const json &shown, const std::map<std::string, const json *> &terms) {
@@ -156,6 +160,23 @@ class shown_invariant : public invariant {
             violated(fmt::format("{} uses {} of its limit of {} um, its output is {} um",
                                  channel.name, shown.at("limit_used").dump(), channel.limit_um,
                                  output_um));
+    }
+
+    // A deadband keeps no rest of what nothing asks for any more: at a demand of zero no output
+    // stands, but at zero.
+    void judge_rest(const channel_facts &channel, const json &shown, const json &snapshot) {
+        const double um = shown.at("output_um"), demand_um = shown.at("demand_um");
+        const bool follows =
+            snapshot.at("mode") == "ACTIVE" &&
+            snapshot.at("reason").get<std::string>().find("applie") == std::string::npos;
+        const auto was = stands_.find(channel.name);
+        if (!follows || std::fabs(demand_um) > 1e-6 || was == stands_.end() ||
+            was->second.value != um)
+            stands_[channel.name] = {of_.time.now(), um};
+        else if (std::fabs(um) > 0.6 * channel.unit_um &&
+                 of_.time.now() - was->second.at > 2 * second)
+            violated(fmt::format("{} stands at {} um, and its terms ask for {}", channel.name, um,
+                                 demand_um));
     }
 
     // Some seconds behind a start or another file. For a time within max_age_ms the source has
@@ -201,6 +222,7 @@ class shown_invariant : public invariant {
     time_ns taken_ns_ = -never / 2;   // … and of that file
     std::set<std::string> doubtful_;  // a good value may be refused, or not used
     std::map<std::string, std::deque<given>> values_;
+    std::map<std::string, given> stands_;  // outputs of channels, since then
 };
 
 // A term with an input that is missing goes to zero at the ramp (docs/coefficient-file.md), and is
@@ -279,10 +301,153 @@ class fading_invariant : public invariant {
     std::map<std::string, missing_signal> missing_;
 };
 
+// It goes no faster either: a product fades from its last value, not with its factor, whose unit is
+// another one.
+class product_invariant : public invariant {
+  public:
+    explicit product_invariant(run &of) : invariant(of, "fading") {
+        if (!is_steady(of) || hides_exchanges(of)) return;
+        const json &root = of.box_machine.file();
+        for (const json &term : root.at("terms"))
+            if (term.at("type") == "product") take(root, term);
+        facts_ = facts_of(of.box_machine, of.box_machine.text);
+        if (!facts_) products_.clear();
+        const json &lead = root.at("cycle").value("lead_ms", json(0));
+        ahead_ms_ = lead.is_string() ? most_measured_ms : lead.get<double>();
+        ahead_ms_ += 3 * period_ms();
+    }
+    void started() override {
+        for (product &one : products_) one.before = {};
+    }
+    void exchanged(const exchange &seen) override {
+        if (products_.empty()) return;
+        each_signal(of_.box_machine, seen, [this, &seen](const std::string &signal, double value) {
+            for (product &one : products_)
+                if (one.axis == signal) one.pass(value, seen.now, ahead_ms_);
+        });
+    }
+    void shown(const json &snapshot) override {
+        for (product &one : products_) {
+            const reading now = reading_of(one, snapshot.at("signals"));
+            if (!now.known) continue;
+            if (now.missing_s > 0)
+                judge(one, now, snapshot.at("terms"));
+            else
+                one.lives(now);
+        }
+    }
+
+  private:
+    static constexpr double most_measured_ms = 500;
+    struct input {
+        double value = 0;  // the last one in use
+        bool missing = false;
+    };
+    struct reading {
+        std::map<std::string, input> inputs;  // of the factor
+        double missing_s = 0;                 // the input that is missing for longest
+        bool known = true;
+    };
+    struct product {
+        std::string name, axis;
+        double origin = 0, constant = 0;
+        std::map<std::string, double> weights;  // of the linear term that is its factor
+        reading before;                         // the newest one with all inputs
+        // |signal - origin| at least, since then; until then
+        double way = 0, way_before = 0;
+        double at = std::nan("");  // of the newest reading of the PLC …
+        time_ns at_ns = 0;         // … and its time
+
+        void pass(double value, time_ns now, double ahead_ms) {
+            const double apart_ms = 1e-6 * static_cast<double>(std::max(now - at_ns, ms));
+            const double ahead = std::isnan(at) ? 0 : std::fabs(value - at) * ahead_ms / apart_ms;
+            way = std::min(way, std::max(std::fabs(value - origin) - ahead, 0.0));
+            at = value;
+            at_ns = now;
+        }
+        void lives(const reading &now) {
+            before = now;
+            way_before = std::exchange(way, 1e9);
+        }
+        // in : near: how far an input goes between two snapshots
+        // out: |value| of its factor when it was computed last, at least
+        double factor_um(const reading &now, double near) const {
+            double low = constant, high = constant;
+            for (const auto &[signal, one] : now.inputs) {
+                const double was = before.inputs.at(signal).value, weight = weights.at(signal);
+                const double goes = signal[0] == 'B' ? 2.1 : near;  // modules jump
+                const double apart = one.missing ? 0 : std::fabs(weight) * goes;
+                const double a = weight * one.value, b = one.missing ? a : weight * was;
+                low += std::min(a, b) - apart;
+                high += std::max(a, b) + apart;
+            }
+            return std::max({low, -high, 0.0});
+        }
+    };
+
+    double period_ms() const { return 1e-3 * static_cast<double>(of_.box_machine.period_us); }
+    // Another sensor may make the box doubt a redundant one.
+    void take(const json &root, const json &term) {
+        product made;
+        made.name = term.at("name");
+        made.axis = term.at("signal");
+        made.origin = term.value("origin", 0.0);
+        for (const json &factor : root.at("terms")) {
+            if (factor.value("name", "") != term.at("term") || !factor.contains("weights"))
+                continue;
+            made.constant = factor.value("constant", 0.0);
+            for (std::size_t i = 0; i < factor.at("inputs").size(); ++i)
+                made.weights[factor.at("inputs")[i]] = factor.at("weights")[i];
+        }
+        for (const auto &sensor : of_.box_machine.redundant)
+            if (made.weights.count(sensor.name) > 0) return;
+        if (!made.weights.empty()) products_.push_back(made);
+    }
+    reading reading_of(const product &of, const json &signals) const {
+        reading now;
+        for (const json &signal : signals) {
+            const std::string signal_name = signal.at("name");
+            const bool is_input = of.weights.count(signal_name) > 0;
+            if (!is_input && of.axis != signal_name) continue;
+            const signal_facts *facts = facts_->signal(signal_name);
+            const bool missing = signal.at("state") == "stale";
+            const bool waits = signal.at("state") == "refused";  // until it is stale
+            now.known = now.known && facts != nullptr && signal.at("value").is_number() &&
+                        (is_input || !waits);
+            if (!now.known) return now;
+            if (is_input) now.inputs[signal_name] = {signal.at("value"), missing};
+            const double since_s = 1e-3 * signal.at("age_ms").get<double>() -
+                                   1e-6 * static_cast<double>(facts->max_age_us);
+            if (missing) now.missing_s = std::max(now.missing_s, since_s);
+        }
+        return now;
+    }
+    void judge(const product &one, const reading &now, const json &terms) {
+        if (one.before.inputs.empty()) return;
+        const double faded_um =
+            1.02 * of_.box_machine.ramp_um_per_s * (now.missing_s + 3e-3 * period_ms());
+        const double factor_um = one.factor_um(now, 0.4 + 3 * of_.box_machine.wanders_k);
+        const double least_um = factor_um * std::min(one.way, one.way_before) - faded_um;
+        for (const json &term : terms) {
+            if (term.at("name") != one.name || !term.at("value").is_number()) continue;
+            const double um = term.at("value");
+            if (std::fabs(um) < 0.98 * least_um - 0.01)
+                violated(fmt::format(
+                    "{} is {} um, and its input is missing for {} s; by the ramp it is {}",
+                    one.name, um, now.missing_s, least_um));
+        }
+    }
+
+    std::optional<machine> facts_;
+    double ahead_ms_ = 0;  // by which a position may be led, and its age
+    std::vector<product> products_;
+};
+
 }  // namespace
 
 void add_shown(run &of, invariants &all) {
     all.push_back(std::make_unique<fading_invariant>(of));
+    all.push_back(std::make_unique<product_invariant>(of));
     all.push_back(std::make_unique<shown_invariant>(of));
 }
 

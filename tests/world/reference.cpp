@@ -671,6 +671,14 @@ bool reference_box::may_lack_input(time_ns now) const {
 }
 
 bool reference_box::lacks_input(std::size_t channel, time_ns now) const {
+    return lack_input(sums_[channel], now);
+}
+
+bool reference_box::lack_input(const std::vector<std::string> &outputs, time_ns now) const {
+    return lack_input(functions_of(outputs), now);
+}
+
+bool reference_box::lack_input(const std::vector<function> &outputs, time_ns now) const {
     const auto is_gone = [this, now](const signal &one) {
         return one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_;
     };
@@ -681,7 +689,9 @@ bool reference_box::lacks_input(std::size_t channel, time_ns now) const {
     values gone = all;
     for (std::size_t i = 0; i < signals_.size(); ++i)
         if (is_gone(signals_[i])) gone[i] = unknown;
-    return !std::isnan(sum_of(channel, all)) && std::isnan(sum_of(channel, gone));
+    return std::any_of(outputs.begin(), outputs.end(), [&all, &gone](const function &output) {
+        return !std::isnan(output(all)) && std::isnan(output(gone));
+    });
 }
 
 // in : value of a function of what the terms take
@@ -753,10 +763,15 @@ judged_number reference_box::judged_um(std::size_t channel) const {
     return {-sum.value, sum.near};
 }
 
-judged_number reference_box::judged(const std::vector<std::string> &outputs) const {
+std::vector<reference_box::function> reference_box::functions_of(
+    const std::vector<std::string> &outputs) const {
     std::vector<function> found;
     for (const std::string &name : outputs) found.push_back(outputs_.at(name));
-    return judged_sum(found);
+    return found;
+}
+
+judged_number reference_box::judged(const std::vector<std::string> &outputs) const {
+    return judged_sum(functions_of(outputs));
 }
 
 std::optional<double> reference_box::newest(const std::string &name, time_ns at) const {

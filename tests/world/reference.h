@@ -101,6 +101,8 @@ class reference_box {
     judged_number judged_um(std::size_t channel) const;
     // out: whether a term of the channel has an input that is too old for sure
     bool lacks_input(std::size_t channel, time_ns now) const;
+    // The same of these outputs of terms.
+    bool lack_input(const std::vector<std::string> &outputs, time_ns now) const;
     // out: a signal that is beyond the training range of a term for sure; nullptr: none
     const std::string *beyond_training() const;
     // out: whether a signal may be too old
@@ -185,6 +187,8 @@ class reference_box {
     template <typename Value>
     double most_change(double value, const Value &value_at) const;
     judged_number judged_sum(const std::vector<function> &outputs) const;
+    bool lack_input(const std::vector<function> &outputs, time_ns now) const;
+    std::vector<function> functions_of(const std::vector<std::string> &outputs) const;
 
     std::vector<signal> signals_;
     std::optional<sensor_watch> watch_;

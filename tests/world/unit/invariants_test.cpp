@@ -110,6 +110,10 @@ const edge edges[] = {
     {"events", 2119, 2500, "tear,twice,enable,power_cut,restart,state,stall,can", nullptr},
     // No source has given a value since the power came back.
     {"snapshot", 829, 2500, "power_cut,reload", nullptr},
+    // A speed of 60 m/min has its limit within the rounding of a larger number.
+    {"counters", 1105, 2500, "sensors", nullptr},
+    // A position that is no number for two seconds leaves a product where it was.
+    {"fading", 749, 2500, "sensors", nullptr},
     // By FC23 the box steps behind the read-back.
     {"reference", 5142, 2500, "kill,restart", nullptr},
     // A FANUC control applies another client's value, from which its window of steps does not reach.
