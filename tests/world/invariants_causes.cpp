@@ -5,9 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <regex>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -28,28 +31,19 @@ class causes_invariant : public invariant {
     void started() override {
         named_.clear();
         term_.clear();
+        applied_um_.clear();
+        in_fault_ = false;
         detail_ = 0;
     }
-    // A missing signal is named in the log, and another one behind it too.
     void exchanged(const exchange &seen) override {
-        if (seen.written.empty()) return;
-        const machine &facts = of_.author_of(seen);
-        const written_block &block = block_of(facts, seen);
-        if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
-        if (judged_ && facts.map.detail && block.reason == box_reason::drifted)
-            judge_drifted(facts, block.detail);
-        const unsigned detail =
-            facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
-        if (detail != detail_) since_ns_ = seen.sent;
-        detail_ = detail;
-        const std::size_t place = detail & 0xFFu;
-        if (!names_judged_ || named_.empty() || place == 0 || place > facts.signals.size() ||
-            seen.sent - since_ns_ < 2 * second)
-            return;
-        const std::string &missing = facts.signals[place - 1].name;
-        if (missing != named_)
-            violated(fmt::format("{} is missing for two seconds, and the log names {}", missing,
-                                 named_));
+        if (!seen.written.empty()) judge_block(seen);
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
+        std::vector<double> applied_um;
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            applied_um.push_back(applied_in(facts, c, seen));
+        applied_um_.push_back(applied_um);
+        if (applied_um_.size() > most_readings) applied_um_.pop_front();
     }
     void taken(const machine &was, const machine &is) override {
         learn(was);
@@ -89,6 +83,47 @@ class causes_invariant : public invariant {
     }
 
   private:
+    // A missing signal is named in the log, and another one behind it too.
+    void judge_block(const exchange &seen) {
+        const machine &facts = of_.author_of(seen);
+        const written_block &block = block_of(facts, seen);
+        if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
+        if (judged_ && facts.map.detail && block.reason == box_reason::drifted)
+            judge_drifted(facts, block.detail);
+        if (names_judged_ && facts.map.detail) judge_foreign(facts, block);
+        const unsigned detail =
+            facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
+        if (detail != detail_) since_ns_ = seen.sent;
+        detail_ = detail;
+        const std::size_t place = detail & 0xFFu;
+        if (!names_judged_ || named_.empty() || place == 0 || place > facts.signals.size() ||
+            seen.sent - since_ns_ < 2 * second)
+            return;
+        const std::string &missing = facts.signals[place - 1].name;
+        if (missing != named_)
+            violated(fmt::format("{} is missing for two seconds, and the log names {}", missing,
+                                 named_));
+    }
+    // The channel of a fault by a value of another client applies one beyond its error_um.
+    void judge_foreign(const machine &facts, const written_block &block) {
+        const bool is_fault = block.mode == fakeplc::box_mode::fault;
+        const bool was_fault = std::exchange(in_fault_, is_fault);
+        const std::size_t place = block.detail & 0xFFu, kind = block.detail >> 8;
+        if (!is_fault || was_fault || kind != foreign || place == 0 ||
+            place > facts.channels.size())
+            return;
+        const channel_facts &named = facts.channels[place - 1];
+        const bool is_beyond = std::any_of(
+            applied_um_.begin(), applied_um_.end(), [&named, place](const auto &applied_um) {
+                return place > applied_um.size() ||
+                       !(std::fabs(applied_um[place - 1]) <= named.error_um);
+            });
+        if (!is_beyond && !applied_um_.empty())
+            violated(
+                fmt::format("FAULT by another client's value names {}, whose PLC applies "
+                            "{} um within {}",
+                            named.name, applied_um_.back()[place - 1], named.error_um));
+    }
     // A term in a line has its name from the detail of a block about then, which counts terms.
     void judge_term(const machine &facts, const written_block &block, time_ns sent) {
         const std::size_t place = block.detail & 0xFFu, kind = block.detail >> 8;
@@ -110,7 +145,8 @@ class causes_invariant : public invariant {
         if (place > 0 && place <= terms.size() && terms[place - 1].at("type") == "adapt") return;
         violated(fmt::format("probes are to one side, and the detail is {:#x}", detail));
     }
-    static constexpr std::size_t faded = 7, drifted = 12;  // kinds of docs/faults.md
+    // Kinds of docs/faults.md.
+    static constexpr std::size_t faded = 7, foreign = 10, drifted = 12;
     void learn(const machine &of) {
         if (!judged_) return;
         for (const channel_facts &channel : of.channels) {
@@ -130,6 +166,9 @@ class causes_invariant : public invariant {
     std::string term_;   // in a line that is not judged yet
     time_ns term_ns_ = 0;
     std::map<std::string, time_ns> shown_;  // terms by the newest block about them
+    static constexpr std::size_t most_readings = 4;
+    std::deque<std::vector<double>> applied_um_;  // of the newest readings, by channel
+    bool in_fault_ = false;                       // by the newest block
     unsigned detail_ = 0;
     time_ns since_ns_ = 0;                            // since then it is that one
     std::map<std::string, std::set<double>> bounds_;  // by name and property, of all files so far

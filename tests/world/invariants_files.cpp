@@ -666,14 +666,17 @@ class events_invariant : public invariant {
             longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
             judge_request(event);
     }
-    // A request by SIGHUP is one for the file that is read then.
+    // A request by SIGHUP is one for the file that is read then, which may have to wait for rest.
     void judge_request(const nlohmann::json &event) {
         const time_ns at = of_.time.now() - of_.box.boottime() +
                            static_cast<time_ns>(1e9 * event.at("boot_s").get<double>());
         const bool is_known = std::any_of(hung_ups_.begin(), hung_ups_.end(), [at](time_ns one) {
             return one < at + second && at - one < 10 * second;
         });
-        if (!is_known) violated("nobody requested this by a signal: " + event.value("text", ""));
+        const nlohmann::json &revision = event.at("file").at("revision");
+        if (is_known) requested_.insert(revision.dump());
+        if (requested_.count(revision.dump()) > 0) return;
+        violated("nobody requested this by a signal: " + event.value("text", ""));
     }
     // A line of some seconds ago is on the disk.
     void judge_durable() {
@@ -712,6 +715,7 @@ class events_invariant : public invariant {
     static constexpr std::size_t durable_s = 4;
     std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
     std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last
+    std::set<std::string> requested_;                    // revisions, by one of them
     std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
     std::optional<std::size_t> full_at_;  // lines of the file when the disk was full for the next
     bool rotated_ = false;                // the file before has some of its events

@@ -28,8 +28,8 @@ class shown_invariant : public invariant {
         : invariant(of, "snapshot"), judged_(!hides_exchanges(of) && longest_lag(of) == 0) {
         const json &file = of.box_machine.file();
         for (const json &signal : file.at("signals"))
-            if (signal.contains("max_rate_per_s")) doubtful_.insert(signal.at("name"));
-        for (const auto &sensor : of.box_machine.redundant) doubtful_.insert(sensor.name);
+            if (signal.contains("max_rate_per_s")) rated_.insert(signal.at("name"));
+        for (const auto &sensor : of.box_machine.redundant) redundant_.insert(sensor.name);
     }
     void started() override {
         started_ns_ = steady_ns_ = of_.time.now();
@@ -185,7 +185,7 @@ class shown_invariant : public invariant {
         const signal_facts *facts = of_.running().signal(signal);
         const auto found = values_.find(signal);
         const time_ns now = of_.time.now();
-        if (facts == nullptr || found == values_.end() || doubtful_.count(signal) > 0 ||
+        if (facts == nullptr || found == values_.end() || is_doubtful(signal) ||
             now - steady_ns_ < 5 * second)
             return;
         time_ns until = now, longest_gap = 0;
@@ -199,6 +199,11 @@ class shown_invariant : public invariant {
         if (now - until > 2 * second && 2 * longest_gap < facts->max_age_us * us)
             violated(fmt::format("{} is {}, and its source gave good values for {} ms", signal,
                                  state, (now - until) / ms));
+    }
+    // out: whether a good value may be refused, or not used
+    bool is_doubtful(const std::string &signal) const {
+        return rated_.count(signal) > 0 ||
+               (redundant_.count(signal) > 0 && of_.running().file().contains("sensors"));
     }
     // Behind another file, whose signals may have another order. Until its source gives a value, an
     // input is that of the run before.
@@ -218,9 +223,9 @@ class shown_invariant : public invariant {
 
     bool judged_;
     time_ns started_ns_ = 0;
-    time_ns steady_ns_ = 0;           // of the last start or other file …
-    time_ns taken_ns_ = -never / 2;   // … and of that file
-    std::set<std::string> doubtful_;  // a good value may be refused, or not used
+    time_ns steady_ns_ = 0;          // of the last start or other file …
+    time_ns taken_ns_ = -never / 2;  // … and of that file
+    std::set<std::string> rated_, redundant_;
     std::map<std::string, std::deque<given>> values_;
     std::map<std::string, given> stands_;  // outputs of channels, since then
 };
@@ -386,7 +391,7 @@ class product_invariant : public invariant {
     };
 
     double period_ms() const { return 1e-3 * static_cast<double>(of_.box_machine.period_us); }
-    // Another sensor may make the box doubt a redundant one.
+    // Another sensor may make the box doubt a redundant one, and a lag has the age of its source.
     void take(const json &root, const json &term) {
         product made;
         made.name = term.at("name");
@@ -401,6 +406,8 @@ class product_invariant : public invariant {
         }
         for (const auto &sensor : of_.box_machine.redundant)
             if (made.weights.count(sensor.name) > 0) return;
+        for (const json &signal : root.at("signals"))
+            if (signal.contains("lag_of") && made.weights.count(signal.at("name")) > 0) return;
         if (!made.weights.empty()) products_.push_back(made);
     }
     reading reading_of(const product &of, const json &signals) const {

@@ -1880,4 +1880,66 @@ DEFECTS_BY_OTHERS = [
      (DAEMON + "supervise.c",
       "    return strtoll(text, NULL, 10) / 2;\n",
       "    return strtoll(text, NULL, 10);\n")),
+    ("other-training-range-held-at-max",
+     "An input above its trained maximum is held at the maximum instead of at maximum + margin, so a network "
+     "does not extrapolate within its upper margin and writes a wrong value there",
+     ("models/training_range.c",
+      "    return cb_clamp(x, range->min - range->margin, range->max + range->margin);",
+      "    return cb_clamp(x, range->min - range->margin, range->max);")),
+    ("other-drift-names-another-term",
+     "The cause of reason 22 has the index among the adapt terms instead of the index among all terms, so the "
+     "detail word, the log and the snapshot name another term",
+     (BOX + "cause.c",
+      "    return (struct cb_cause){CB_CAUSE_DRIFTED, box->config.adapts[i],",
+      "    return (struct cb_cause){CB_CAUSE_DRIFTED, (uint8_t)i,")),
+    ("other-deadband-keeps-rest-at-zero",
+     "A demand of zero within the deadband keeps the last output, so an offset of up to deadband_um stays at "
+     "the PLC although the demand is zero",
+     (BOX + "channels.c",
+      "    return cb_channel_nearest(channel, wanted_um) == 0.0f ? wanted_um : state->output_um;",
+      "    return state->output_um;")),
+    ("other-age-from-the-reply",
+     "The time of a reading is taken behind the reply instead of before the request, so a slow PLC's values "
+     "look younger than they are and the measured lead is too short",
+     ("hal/cycle.c",
+      "    cycle->in.read_us = now(hal);\n"
+      "    cycle->read = hal->read(hal->context, read->start, read->count, cycle->in.registers,\n"
+      "                            exchange->deadline_us);\n"
+      "    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;\n"
+      "    if (hal->handed)",
+      "    cycle->read = hal->read(hal->context, read->start, read->count, cycle->in.registers,\n"
+      "                            exchange->deadline_us);\n"
+      "    cycle->in.read_us = now(hal);\n"
+      "    cycle->in.read_ok = cycle->read == CB_TRANSFER_OK;\n"
+      "    if (hal->handed)")),
+    ("other-same-second-same-measurement",
+     "A line of compbox measured counts as known if its count or its time is that of the last one, so a second "
+     "measurement within the same second is silently dropped",
+     (LINUX + "hand.c",
+      "    const bool same = of->line.count == line->count && of->line.unix_s == line->unix_s;",
+      "    const bool same = of->line.count == line->count || of->line.unix_s == line->unix_s;")),
+    ("other-archive-without-room",
+     "The kept records are trimmed to the whole limit without room for the next file and its compression, so "
+     "all records together exceed --record-most",
+     (OUTPUT + "archive.c",
+      "    trim(archive, archive->most_bytes - 2 * cb_archive_piece(archive));",
+      "    trim(archive, archive->most_bytes);")),
+    ("other-record-goes-on-before-its-end",
+     "A record whose last row is later than the wall clock is continued instead of put aside as FILE.1, so "
+     "unix_s jumps back within one file and the pause in time_s is invented",
+     (OUTPUT + "record.c",
+      "    return record->before_unix_us < cb_unix_us();",
+      "    return true;")),
+    ("other-lag-goes-on-after-a-long-pause",
+     "A lag is resumed after a pause of up to its whole time constant instead of a quarter of it, so an old "
+     "state is used and the log states that it goes on",
+     (OUTPUT + "state.c",
+      "    if (pause_us < 0 || (double)pause_us * 1e-6 * (double)CB_STATE_PAUSES > (double)lag->tau_s)",
+      "    if (pause_us < 0 || (double)pause_us * 1e-6 > (double)lag->tau_s)")),
+    ("other-link-at-output-replaced",
+     "A symbolic link at the path of statistics, snapshot or state is followed by the check, so it is not "
+     "refused and the rename replaces it",
+     (OUTPUT + "output_file.c",
+      "    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
+      "    if (stat(path, &there) != 0) return errno == ENOENT ? 0 : errno;")),
 ]
