@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Right values in the registers of a PLC that is not ours, over real sockets; more of them in tests/daemon."""
+import types
+
 import laws
 import machine
+import pytest
 from box import until
 from in_motion import is_of, judged, program
 from pymodbus_plc import PymodbusPlc
@@ -36,3 +39,20 @@ def test_values_are_those_of_the_models_while_the_axes_move(plc, port, start_box
 
 def values_at(plc, step):
     return plc.readings[step.reading - 1]
+
+
+def steps_with(gap, counted):
+    """Twenty steps of a client beside the loop, each a hundredth of a period behind its tick, its reading a cycle old;
+    before the fifth the machine stands still for `gap` ticks, of which so many are counted."""
+    period_us, steps = machine.PERIOD_S * 1e6, []
+    for k in range(20):
+        now_us = (k + (gap if k >= 4 else 0) + 0.01) * period_us
+        read_us = now_us - (1 + (gap if k == 4 else 0)) * period_us
+        steps.append(types.SimpleNamespace(now_us=now_us, read_us=read_us, missed_ticks=counted if k == 4 else 0))
+    return steps
+
+
+def test_the_grid_of_ticks_takes_a_reading_from_before_a_gap_but_no_uncounted_tick():
+    laws.check_grid(steps_with(gap=2, counted=2))
+    with pytest.raises(AssertionError):
+        laws.check_grid(steps_with(gap=2, counted=1))
