@@ -164,11 +164,13 @@ std::shared_ptr<open_file> can_bus::make_socket() {
 }
 
 void can_bus::put(const can_frame &frame) {
-    if (state_ != interface_state::up) return;
+    const bool is_error = (frame.can_id & CAN_ERR_FLAG) != 0;  // of the controller itself
+    const bool hears = is_error || of_.time.now() >= on_the_bus_ns;
+    if (state_ != interface_state::up || !hears) return;
     of_.hash.add(&frame, sizeof frame);
     bool taken = false;
-    if ((frame.can_id & CAN_ERR_FLAG) != 0)
-        for (can_node &node : nodes) node.again = 0;
+    if (is_error)
+        for (can_node &node : nodes) node.waits = node.again = 0;
     for (const auto &one : sockets_) {
         if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
@@ -183,6 +185,7 @@ void can_bus::set_interface(interface_state state) {
     if (state == state_) return;
     state_ = state;
     changed_ns = of_.time.now();
+    on_the_bus_ns = std::min(on_the_bus_ns, changed_ns);  // it begins anew
     for (can_node &node : nodes) node.waits = node.again = 0;
     const int error = state == interface_state::down   ? ENETDOWN
                       : state == interface_state::gone ? ENODEV
@@ -249,6 +252,7 @@ void can_bus::sent_by_box(const can_frame &frame) {
     of_.hash.add(&frame, sizeof frame);
     if (sent) sent(frame);
     if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
+    if (of_.time.now() < on_the_bus_ns) return;
     for (can_node &node : nodes) {
         if (frame.data[1] != 0 && frame.data[1] != node.number) continue;
         node.waits = 0;

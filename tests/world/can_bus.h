@@ -52,7 +52,7 @@ class can_bus {
     void set_interface(interface_state state);
     interface_state state() const { return state_; }
     time_ns changed_ns = 0;     // the state, last
-    time_ns on_the_bus_ns = 0;  // since then the controller of the box is
+    time_ns on_the_bus_ns = 0;  // since then the controller of the box is; nobody hears it before
     // A frame on the bus, an error frame too: all sockets with a fitting filter get it.
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again

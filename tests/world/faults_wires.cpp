@@ -16,7 +16,8 @@ can_frame error_frame(canid_t bits) {
     return frame;
 }
 
-// Off the bus; the controller restarts a second later, and some only say that they are active.
+// Off the bus; the controller restarts a second later, and some only say that they are active. A
+// short circuit may take the power of the nodes, too.
 void go_off_the_bus(run &of) {
     of.can->put(error_frame(CAN_ERR_BUSOFF));
     can_frame back = error_frame(CAN_ERR_RESTARTED);
@@ -26,6 +27,8 @@ void go_off_the_bus(run &of) {
     }
     of.can->on_the_bus_ns = of.time.now() + second;
     of.time.at(of.can->on_the_bus_ns, [&of, back] { of.can->put(back); });
+    if (!dice(static_cast<std::uint64_t>(of.time.now()), "short circuit").one_in(2)) return;
+    for (std::size_t i = 0; i < of.can->nodes.size(); ++i) of.can->reboot(i);
 }
 
 // The interface leaves, and is back by itself.
