@@ -19,6 +19,7 @@ can_frame error_frame(canid_t bits) {
 // Off the bus; the controller restarts a second later, and some only say that they are active. A
 // short circuit may take the power of the nodes, too.
 void go_off_the_bus(run &of) {
+    if (of.time.now() < of.can->on_the_bus_ns) return;  // it is off
     of.can->put(error_frame(CAN_ERR_BUSOFF));
     can_frame back = error_frame(CAN_ERR_RESTARTED);
     if (of.options.seed % 2 == 0) {

@@ -114,6 +114,8 @@ const edge edges[] = {
     {"counters", 1105, 2500, "sensors", nullptr},
     // A position that is no number for two seconds leaves a product where it was.
     {"fading", 749, 2500, "sensors", nullptr},
+    // A bus that is off does not go off again.
+    {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
     {"fading", 942, 2500, "power_cut,sensors,can,links", nullptr},
     // By FC23 the box steps behind the read-back.
