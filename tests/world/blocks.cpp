@@ -115,6 +115,13 @@ void each_signal(const machine &of, const exchange &seen,
         take(signal.name, signal_in(of, signal, seen));
 }
 
+std::optional<double> number_at(const nlohmann::json &entries, const std::string &name,
+                                const char *key) {
+    for (const auto &entry : entries)
+        if (entry.at("name") == name && entry.at(key).is_number()) return entry.at(key);
+    return std::nullopt;
+}
+
 double at_a_limit(double value) {
     return 4e-3 + 1e-6 * std::fabs(value);
 }

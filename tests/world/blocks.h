@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,6 +77,9 @@ double signal_in(const machine &of, const fakeplc::shown_signal &signal, const e
 // Calls take(name, value) for each signal of a reading that has its reply.
 void each_signal(const machine &of, const exchange &seen,
                  const std::function<void(const std::string &, double)> &take);
+// in : entries: a list of a snapshot. out: this member of the one of that name, if it is a number
+std::optional<double> number_at(const nlohmann::json &entries, const std::string &name,
+                                const char *key);
 // out: how far such a value may be beyond the range of its signal, and the box takes it
 double at_a_limit(double value);
 

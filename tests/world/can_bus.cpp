@@ -208,6 +208,10 @@ void can_bus::reboot(std::size_t node) {
     put(boot_up);
 }
 
+void can_bus::reboot_all() {
+    for (std::size_t node = 0; node < nodes.size(); ++node) reboot(node);
+}
+
 void can_bus::send_values(std::size_t node) {
     can_node &of = nodes[node];
     of_.time.at(of_.time.now() + of.every + chance_.time_between(0, ms),

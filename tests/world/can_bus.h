@@ -56,6 +56,7 @@ class can_bus {
     // A frame on the bus, an error frame too: all sockets with a fitting filter get it.
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again
+    void reboot_all();
     std::vector<can_node> nodes;
     std::uint64_t lost = 0;       // frames that found a full queue of the box
     std::uint64_t lost_told = 0;  // those of them that it read of

@@ -29,7 +29,7 @@ void go_off_the_bus(run &of) {
     of.can->on_the_bus_ns = of.time.now() + second;
     of.time.at(of.can->on_the_bus_ns, [&of, back] { of.can->put(back); });
     if (!dice(static_cast<std::uint64_t>(of.time.now()), "short circuit").one_in(2)) return;
-    for (std::size_t i = 0; i < of.can->nodes.size(); ++i) of.can->reboot(i);
+    of.can->reboot_all();
 }
 
 // The interface leaves, and is back by itself.
@@ -110,7 +110,7 @@ void fault_injector::plan_wires() {
                 // A bus without its power: the nodes boot while nobody hears them.
                 note(fault_kind::can, "the interface goes down, and all nodes boot");
                 leave(of_, can_bus::interface_state::down, duration);
-                for (std::size_t i = 0; i < of_.can->nodes.size(); ++i) of_.can->reboot(i);
+                of_.can->reboot_all();
                 break;
             case 1:
                 note(fault_kind::can, "the interface goes away");

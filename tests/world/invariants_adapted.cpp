@@ -20,12 +20,6 @@ namespace {
 
 using nlohmann::json;
 
-std::optional<double> number_at(const json &entries, const std::string &name, const char *key) {
-    for (const auto &entry : entries)
-        if (entry.at("name") == name && entry.at(key).is_number()) return entry.at(key);
-    return std::nullopt;
-}
-
 // A term that adapts stays within bias_max + gain_max |m| of its model m, whatever the probe says.
 // No measurement counts twice.
 class adapted_invariant : public invariant {

@@ -38,7 +38,7 @@ class causes_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         if (!seen.written.empty()) judge_block(seen);
         const machine &facts = of_.running_at(seen.sent);
-        if (!judged_ || seen.duration == never || !is_reading(facts, seen)) return;
+        if (!names_judged_ || seen.duration == never || !is_reading(facts, seen)) return;
         std::vector<double> applied_um;
         for (std::size_t c = 0; c < facts.channels.size(); ++c)
             applied_um.push_back(applied_in(facts, c, seen));

@@ -315,6 +315,7 @@ class product_invariant : public invariant {
         const json &root = of.box_machine.file();
         for (const json &term : root.at("terms"))
             if (term.at("type") == "product") take(root, term);
+        if (products_.empty()) return;
         facts_ = facts_of(of.box_machine, of.box_machine.text);
         if (!facts_) products_.clear();
         const json &lead = root.at("cycle").value("lead_ms", json(0));
@@ -435,14 +436,11 @@ class product_invariant : public invariant {
             1.02 * of_.box_machine.ramp_um_per_s * (now.missing_s + 3e-3 * period_ms());
         const double factor_um = one.factor_um(now, 0.4 + 3 * of_.box_machine.wanders_k);
         const double least_um = factor_um * std::min(one.way, one.way_before) - faded_um;
-        for (const json &term : terms) {
-            if (term.at("name") != one.name || !term.at("value").is_number()) continue;
-            const double um = term.at("value");
-            if (std::fabs(um) < 0.98 * least_um - 0.01)
-                violated(fmt::format(
-                    "{} is {} um, and its input is missing for {} s; by the ramp it is {}",
-                    one.name, um, now.missing_s, least_um));
-        }
+        const auto um = number_at(terms, one.name, "value");
+        if (um && std::fabs(*um) < 0.98 * least_um - 0.01)
+            violated(
+                fmt::format("{} is {} um, and its input is missing for {} s; by the ramp it is {}",
+                            one.name, *um, now.missing_s, least_um));
     }
 
     std::optional<machine> facts_;
