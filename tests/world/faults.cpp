@@ -171,7 +171,7 @@ fault_set swarm_of(std::uint64_t seed) {
 
 fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limits &most,
                                std::uint64_t seed)
-    : of_(of), own_(seed, "ends at a rename") {
+    : of_(of), bad_cable_(dice(seed, "bad cable").one_in(4)), own_(seed, "ends at a rename") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
@@ -376,15 +376,16 @@ stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
     return drawn.one_in(5) ? own : drawn.one_of(of_any);
 }
 
-// Several writes without a reply while each of them may still take effect (docs/decisions/0003).
+// Several writes without a reply while each of them may still take effect (docs/decisions/0003). By
+// a bad cable it never ends: that alone shows whether a turn of late writes does.
 bool fault_injector::is_lost_again(const fakeplc::byte_string &request) {
     if (due(series_of_losses_)) {
         const time_ns late_ns = longest_late(of_.running());
         loses_until_ = of_.time.now() + chance(fault_kind::loss).time_between(late_ns, 6 * late_ns);
         note(fault_kind::loss, "one write in four has no reply");
     }
-    return active_ && of_.time.now() < loses_until_ && request[0] != 3 &&
-           chance(fault_kind::loss).one_in(4);
+    const bool loses = bad_cable_ ? has(fault_kind::loss) : of_.time.now() < loses_until_;
+    return active_ && loses && request[0] != 3 && chance(fault_kind::loss).one_in(4);
 }
 
 reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {

@@ -237,7 +237,8 @@ class fault_injector : public call_faults,
     time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
-    time_ns loses_until_ = 0;        // replies to writes get lost again and again
+    time_ns loses_until_ = 0;        // replies to writes get lost again and again …
+    const bool bad_cable_;           // … always
     time_ns silent_until_ = 0;       // its server answers nothing …
     // … or no writes, or does not return the write block
     time_ns no_writes_until_ = 0, no_read_backs_until_ = 0;

@@ -199,9 +199,10 @@ class stats_invariant : public invariant {
     // A PLC that stood still took no longer for each of its cycles.
     void judge_lead(const nlohmann::json &all) {
         if (!measures_lead() || longest_lag(of_) != 0 ||
-            draws_any(of_, {fault_kind::tear, fault_kind::line, fault_kind::boundary,
-                            fault_kind::reload, fault_kind::hostile, fault_kind::memory,
-                            fault_kind::loss, fault_kind::partial, fault_kind::wire}))
+            draws_any(of_,
+                      {fault_kind::tear, fault_kind::line, fault_kind::boundary, fault_kind::reload,
+                       fault_kind::hostile, fault_kind::memory, fault_kind::loss,
+                       fault_kind::partial, fault_kind::wire, fault_kind::reset}))
             return;
         const machine &facts = of_.box_machine;
         const double most_us = 1.5 * static_cast<double>(facts.period_us) + interpolates_us() +

@@ -122,6 +122,8 @@ class rows_invariant : public invariant {
                 if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
                 last_s = rows.number("unix_s");
+                // What goes on where the file before it ends may be due to an event of that one.
+                if (mode < 0 && last_s < before_s + 1) first_event_s = last_s;
                 const auto is = static_cast<int>(rows.number("mode"));
                 const bool begins =
                     is != mode && (is == fakeplc::box_mode::hold || is == fakeplc::box_mode::fault);

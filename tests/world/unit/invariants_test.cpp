@@ -114,6 +114,10 @@ const edge edges[] = {
     {"counters", 1105, 2500, "sensors", nullptr},
     // A position that is no number for two seconds leaves a product where it was.
     {"fading", 749, 2500, "sensors", nullptr},
+    // Where an event ended the file before, the next one's minute begins with its first row.
+    {"rows", 760031, 2500, "loss", nullptr},
+    // Resets of connections lengthen the exchanges that a lead is measured by.
+    {"statistics", 780139, 2500, "reset", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
