@@ -175,19 +175,23 @@ static bool await_late_reply(struct cb_tcp *tcp, int64_t deadline_us) {
     return true;
 }
 
-/* Ensures that a request may be sent: connected, no pending request, no bytes left over. */
+static bool has_time(struct cb_tcp *tcp, int64_t deadline_us) {
+    if (cb_boottime_us() < deadline_us) return true;
+    tcp->counters.out_of_time++;
+    return false;
+}
+
+/* Ensures that a request may be sent: in time, connected, no pending request, no bytes left over.
+ * Behind the wait for a late reply the computer may have been suspended: a write would then have
+ * the outputs of long ago. */
 static bool ready_to_send(struct cb_tcp *tcp, int64_t deadline_us) {
-    int64_t now_us = cb_boottime_us();
-    if (now_us >= deadline_us) {
-        tcp->counters.out_of_time++;
-        return false;
-    }
-    if (!cb_link_ready(&tcp->link, now_us)) {
+    if (!has_time(tcp, deadline_us)) return false;
+    if (!cb_link_ready(&tcp->link, cb_boottime_us())) {
         tcp->counters.not_connected++;
         return false;
     }
     if (tcp->awaiting && !await_late_reply(tcp, deadline_us)) return false;
-    return next_reply(tcp, 0) != WAIT_LOST;
+    return next_reply(tcp, 0) != WAIT_LOST && has_time(tcp, deadline_us);
 }
 
 /* out: false when the request certainly has no effect, because it was not sent completely */

@@ -17,6 +17,7 @@
 #include <limits>
 #include <mutex>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace still_clock {
@@ -36,6 +37,8 @@ struct state {
     int members = 0;  // threads that the clock waits for
     std::vector<const waiter *> waiters;
     std::set<int> sockets;  // which may have sent what has not arrived
+    int64_t asleep_ns =
+        0;  // the computer sleeps for it while the next thread waits for a descriptor
 };
 inline state all;
 inline std::atomic<bool> is_on{false};
@@ -82,6 +85,7 @@ inline void wait(int fd, short events, int64_t until_ns) {
         real_pause();
         lock.lock();
     }
+    if (fd >= 0) all.now_ns += std::exchange(all.asleep_ns, 0);
     all.waiters.erase(std::find(all.waiters.begin(), all.waiters.end(), &self));
 }
 
@@ -98,6 +102,13 @@ inline void sleep_ms(int ms) {
         wait(-1, 0, read_ns() + int64_t{ms} * 1000000);
     else
         nanosleep(&pause, nullptr);
+}
+
+// The computer is suspended while the next thread waits for a descriptor, and that much later it
+// goes on.
+inline void suspend_ms(int ms) {
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    all.asleep_ns = int64_t{ms} * 1000000;
 }
 
 // Returns at once without a clock: the call that follows waits.

@@ -1942,4 +1942,10 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "output_file.c",
       "    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
       "    if (stat(path, &there) != 0) return errno == ENOENT ? 0 : errno;")),
+    ("sent-behind-a-late-reply",
+     "A request is sent although its time passed while the box waited for a late reply, so a computer that was "
+     "suspended in that wait writes outputs of long ago",
+     (LINUX + "tcp.c",
+      "    return next_reply(tcp, 0) != WAIT_LOST && has_time(tcp, deadline_us);",
+      "    return next_reply(tcp, 0) != WAIT_LOST;")),
 ]

@@ -118,6 +118,9 @@ const edge edges[] = {
     {"rows", 760031, 2500, "loss", nullptr},
     // Resets of connections lengthen the exchanges that a lead is measured by.
     {"statistics", 780139, 2500, "reset", nullptr},
+    // While it waits for a late reply the loop's thread stands still, until long behind the deadline.
+    {"tick", 800078, 2500,
+     "preempt,delay,reset,exception,disk,reload,state,clock,stall,memory,wire,line,slow,reader", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.

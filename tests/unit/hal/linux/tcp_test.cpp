@@ -139,6 +139,23 @@ TEST_F(tcp, a_late_reply_that_waits_in_the_socket_is_dropped_before_the_next_req
     EXPECT_EQ(c.tcp.counters.late_replies, 1u);
 }
 
+TEST_F(tcp, nothing_is_sent_when_the_computer_slept_while_it_waited_for_a_late_reply) {
+    server plc([](peer &p) {
+        const bytes first = p.request();
+        sleep_ms(60);
+        p.reply(two_registers(first, 77));
+        behave(p);
+    });
+    client c(plc.port());
+    EXPECT_EQ(c.read(5), CB_TRANSFER_UNKNOWN);
+    still_clock::suspend_ms(3000);
+    EXPECT_EQ(c.write(500), CB_TRANSFER_FAILED);
+    EXPECT_EQ(c.tcp.counters.late_replies, 1u);
+    EXPECT_EQ(c.tcp.counters.out_of_time, 1u);
+    EXPECT_EQ(c.tcp.counters.requests, 1u);
+    EXPECT_EQ(c.value(), 2);
+}
+
 TEST_F(tcp, never_has_two_requests_out_and_connects_anew_after_three_failures) {
     std::atomic<int> on_first{0};
     server plc([&](peer &p) {
