@@ -57,6 +57,7 @@ class shown_invariant : public invariant {
         if (const machine *of = file_of(snapshot)) {
             judge_sum(*of, snapshot);
             judge_channels(*of, snapshot);
+            for (const json &signal : snapshot.at("signals")) judge_age(*of, signal);
         }
         if (!judged_) return;
         for (const json &signal : snapshot.at("signals")) {
@@ -177,6 +178,17 @@ class shown_invariant : public invariant {
                  of_.time.now() - was->second.at > 2 * second)
             violated(fmt::format("{} stands at {} um, and its terms ask for {}", channel.name, um,
                                  demand_um));
+    }
+
+    // What is older than max_age_ms is in use no more, whatever came of the readings behind it.
+    void judge_age(const machine &of, const json &shown) {
+        const std::string of_signal = shown.at("name");
+        const signal_facts *facts = of.signal(of_signal);
+        if (facts == nullptr || facts->is_lag || !shown.at("age_ms").is_number()) return;
+        const double most_ms = 1e-3 * static_cast<double>(facts->max_age_us) + 1;
+        if (shown.at("age_ms") > most_ms && shown.at("state") != "stale")
+            violated(fmt::format("{} is {}, and it is {} ms old, beyond {} ms", of_signal,
+                                 shown.at("state").dump(), shown.at("age_ms").dump(), most_ms));
     }
 
     // Some seconds behind a start or another file. For a time within max_age_ms the source has

@@ -1091,9 +1091,12 @@ channel_facts facts_of_channel(const json &entry) {
 signal_facts facts_of_signal(const json &entry, std::int64_t period_us) {
     const std::string unit = entry.value("unit", "");
     const double age_ms = entry.contains("plc") ? 3e-3 * static_cast<double>(period_us) : 2000.0;
-    return {entry.at("name"), entry.value("essential", unit == "mm" || unit == "deg"),
-            std::llround(1000 * entry.value("max_age_ms", age_ms)), entry.value("min", 0.0),
-            entry.value("max", 0.0)};
+    return {entry.at("name"),
+            entry.value("essential", unit == "mm" || unit == "deg"),
+            std::llround(1000 * entry.value("max_age_ms", age_ms)),
+            entry.value("min", 0.0),
+            entry.value("max", 0.0),
+            entry.contains("lag_of")};
 }
 
 pair_facts facts_of_pair(const machine &of, const json &entry) {

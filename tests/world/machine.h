@@ -34,6 +34,7 @@ struct signal_facts {
     bool essential = false;
     std::int64_t max_age_us = 0;
     double min = 0, max = 0;
+    bool is_lag = false;  // as old as its source
 };
 struct pair_facts {
     std::size_t first = 0, second = 0;
