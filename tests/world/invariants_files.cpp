@@ -447,6 +447,12 @@ class record_invariant : public invariant {
     void file_written(const std::string &path, const node &) override {
         writes_ = writes_ || path == run::record_path;
     }
+    // The compressed file has its name before the plain one goes.
+    void rename_failed(const std::string &path) override {
+        const std::string plain = std::string(run::record_path) + ".1";
+        if (path == plain + ".gz" && !of_.box.files.has(plain))
+            violated(fmt::format("{} does not take its name, and {} is gone", path, plain));
+    }
     void ticked() override {
         look_at_clock();
         if (!writes_ && !is_later(last_row_)) last_row_.clear();  // another clock at its first row

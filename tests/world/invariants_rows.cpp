@@ -68,6 +68,7 @@ class rows_invariant : public invariant {
         sent_.clear();
         read_.clear();
         start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
+        starts_s_.push_back(start_s_);
         if (known_.empty()) known_ = blackbox_names();
     }
     void exchanged(const exchange &seen) override {
@@ -104,9 +105,9 @@ class rows_invariant : public invariant {
         std::vector<double> values;
     };
     static constexpr std::size_t most_remembered = 25000;
-    static constexpr double late_s = 5e-3;  // from a wake-up to its reading
-    std::vector<double> ends_s_;            // of daemons
-    std::vector<std::string> known_;        // of the black box
+    static constexpr double late_s = 5e-3;   // from a wake-up to its reading
+    std::vector<double> starts_s_, ends_s_;  // of daemons
+    std::vector<std::string> known_;         // of the black box
 
     // Files by their number; the time of their rows goes on.
     void check_blackbox() {
@@ -116,12 +117,13 @@ class rows_invariant : public invariant {
         double before_s = -1;
         for (const std::string &file : names) {
             row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
-            double last_s = before_s, first_event_s = -1, event_s = -1;
+            double first_s = -1, last_s = before_s, first_event_s = -1, event_s = -1;
             int mode = -1;
             while (rows.next()) {
                 if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
                 last_s = rows.number("unix_s");
+                if (first_s < 0) first_s = last_s;
                 // What goes on where the file before it ends may be due to an event of that one.
                 if (mode < 0 && last_s < before_s + 1) first_event_s = last_s;
                 const auto is = static_cast<int>(rows.number("mode"));
@@ -131,6 +133,7 @@ class rows_invariant : public invariant {
                 if (first_event_s < 0) first_event_s = event_s;
                 mode = is;
             }
+            check_begin(file, before_s, first_s);
             before_s = last_s;
             check_end(file, last_s, first_event_s, event_s);
         }
@@ -156,6 +159,19 @@ class rows_invariant : public invariant {
                 !std::binary_search(names.begin(), names.end(), file))
                 violated(fmt::format("{} is gone, the older {} is there", file, names.front()));
         known_ = names;
+    }
+    // It begins where the one before it ends, unless the daemon has begun anew since then: also
+    // where a file between them could not be written.
+    void check_begin(const std::string &file, double before_s, double first_s) {
+        const bool begins_anew = std::any_of(
+            starts_s_.begin(), starts_s_.end(),
+            [=](double start_s) { return start_s > before_s - 1 && start_s < first_s + 1; });
+        if (before_s < 0 || first_s < before_s + 2 || begins_anew ||
+            draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::suspend,
+                            fault_kind::stall, fault_kind::boundary}))
+            return;
+        violated(fmt::format("{} begins {} s behind the end of the one before", file,
+                             first_s - before_s));
     }
     // Ten seconds behind its newest event, and a minute at most (docs/record.md). An end of the
     // daemon, or other columns, end it too.

@@ -498,6 +498,8 @@ void reference_box::move(signal &of, double change, time_ns at, double doubt) co
         // beat the position is the same, unless a sensor lies.
         if (beats_ == 0) {
             if (change != 0) of.velocity_near += std::fabs(of.velocity) + 2 * std::fabs(by_clock);
+            // Where a beat is overdue, it may also be an axis that has stopped.
+            if (seconds_of(apart_ns) > 0.9 * scan_s_) of.velocity_near += std::fabs(of.velocity);
             return;
         }
         const double by_beats = change / (static_cast<double>(beats_) * scan_s_);

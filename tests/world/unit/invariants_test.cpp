@@ -121,6 +121,8 @@ const edge edges[] = {
     // While it waits for a late reply the loop's thread stands still, until long behind the deadline.
     {"tick", 800078, 2500,
      "preempt,delay,reset,exception,disk,reload,state,clock,stall,memory,wire,line,slow,reader", nullptr},
+    // A cycle of the PLC takes longer than a period and its own length: no beat, and an axis that moves.
+    {"reference", 830026, 2500, "disk", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
