@@ -6,8 +6,7 @@ string(REGEX REPLACE "([^/])$" "\\1/" to_root "${to_root}")
 # machine, hence no contraction and no fast-math anywhere (DESIGN §4).
 add_library(cb_flags INTERFACE)
 target_compile_options(cb_flags INTERFACE -Wall -Wextra -Werror -Wshadow -Wconversion -ffp-contract=off
-    $<$<COMPILE_LANGUAGE:C>:-fmacro-prefix-map=${CMAKE_SOURCE_DIR}/=>
-    $<$<COMPILE_LANGUAGE:C>:-fmacro-prefix-map=${to_root}=>
+    -fmacro-prefix-map=${CMAKE_SOURCE_DIR}/= -fmacro-prefix-map=${to_root}=
     $<$<COMPILE_LANGUAGE:C>:-Wstrict-prototypes -Wmissing-prototypes -Wswitch-enum -Wvla>)
 target_include_directories(cb_flags INTERFACE ${CMAKE_SOURCE_DIR})
 

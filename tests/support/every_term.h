@@ -8,10 +8,12 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/paths.h"
+
 namespace compbox_test {
 
 inline std::string every_term() {
-    std::ifstream file(CB_SOURCE_DIR "/tests/fuzz/corpus/config/every_term.json");
+    std::ifstream file(from_source("tests/fuzz/corpus/config/every_term.json"));
     std::stringstream text;
     text << file.rdbuf();
     return text.str();

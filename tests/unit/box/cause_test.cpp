@@ -9,6 +9,7 @@
 #include "tests/support/box_fixture.h"
 #include "tests/support/box_from_text.h"
 #include "tests/support/config_fixture.h"
+#include "tests/support/paths.h"
 
 extern "C" {
 #include "hal/linux/files/cause_words.h"
@@ -240,7 +241,7 @@ TEST(box_cause, shares_add_up_also_over_a_clock_jump) {
 }
 
 TEST(box_cause, the_page_on_faults_names_every_cause) {
-    std::ifstream in(CB_SOURCE_DIR "/docs/faults.md");
+    std::ifstream in(from_source("docs/faults.md"));
     std::stringstream page;
     page << in.rdbuf();
 #define CB_X(name, number, what, first, second)                                      \

@@ -8,12 +8,13 @@
 
 #include "tests/support/box_fixture.h"
 #include "tests/support/config_fixture.h"
+#include "tests/support/paths.h"
 
 namespace compbox {
 namespace {
 
 config_builder example() {
-    std::ifstream file(CB_SOURCE_DIR "/examples/dual-drive/coefficients.json");
+    std::ifstream file(from_source("examples/dual-drive/coefficients.json"));
     std::stringstream text;
     text << file.rdbuf();
     const auto got = compbox_test::load(text.str());

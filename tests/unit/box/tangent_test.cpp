@@ -11,6 +11,7 @@
 #include "tests/support/config_fixture.h"
 #include "tests/support/config_invariants.h"
 #include "tests/support/dice.h"
+#include "tests/support/paths.h"
 
 namespace compbox {
 namespace {
@@ -315,7 +316,7 @@ TEST(tangent, every_mistake_has_its_sentence) {
 // examples/sinumerik-law: at 32.3 degC tan(beta) is 0.000132 by the control's manual. K0(T) and
 // tan(beta)(T) as a polynomial and a linear term, and the control's own law over them.
 std::string law() {
-    std::ifstream example(CB_SOURCE_DIR "/examples/sinumerik-law/coefficients.json");
+    std::ifstream example(from_source("examples/sinumerik-law/coefficients.json"));
     std::stringstream text;
     text << example.rdbuf();
     return text.str();

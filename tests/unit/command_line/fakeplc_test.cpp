@@ -9,12 +9,13 @@
 
 #include "host-tools/fakeplc/server.h"
 #include "host-tools/formats/csv.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::cli {
 namespace {
 
-const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/";
+const std::string example = from_source("examples/gantry-straightness/");
 
 // A running fakeplc whose stdin is closed; ended by SIGTERM.
 struct fakeplc_process {
@@ -24,7 +25,7 @@ struct fakeplc_process {
     explicit fakeplc_process(std::vector<std::string> arguments) {
         int out[2];
         EXPECT_EQ(::pipe(out), 0);
-        arguments.insert(arguments.begin(), CB_BINARY_DIR "/bin/fakeplc");
+        arguments.insert(arguments.begin(), built("fakeplc"));
         std::vector<char *> argv;
         for (auto &argument : arguments) argv.push_back(argument.data());
         argv.push_back(nullptr);
@@ -69,7 +70,7 @@ TEST(FakeplcProgram, ServesPymodbusAndEndsCleanlyOnSigterm) {
                          example + "machine_twin.json", "--log", log});
     int code = -1;
     const std::string printed = output_of(
-        "/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/command_line/fakeplc_peer.py " + plc.port,
+        "/usr/bin/python3 " + from_source("tests/unit/command_line/fakeplc_peer.py ") + plc.port,
         &code);
     EXPECT_EQ(code, 0) << printed;
     EXPECT_EQ(plc.end(), 0);
@@ -80,7 +81,7 @@ TEST(FakeplcProgram, ServesPymodbusAndEndsCleanlyOnSigterm) {
 
 TEST(FakeplcProgram, RefusesWithOneSentenceAndTheRightCode) {
     const fakeplc::modbus_server occupied("127.0.0.1:0", 1);
-    const std::string fakeplc = CB_BINARY_DIR "/bin/fakeplc ";
+    const std::string fakeplc = built("fakeplc") + " ";
     const std::string map = "--map " + example + "machine.json ";
     const std::tuple<std::string, int, std::string> cases[] = {
         {"--dance", 2, ""},

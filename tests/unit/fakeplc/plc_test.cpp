@@ -10,6 +10,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "tests/support/fakeplc_rig.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::fakeplc {
@@ -458,7 +459,7 @@ TEST(RegisterMap, SaysWhatIsWrongAndWhere) {
 
 TEST(RegisterMap, ExampleIsServed) {
     plc_options options;
-    options.machine = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+    options.machine = from_source("examples/gantry-straightness/machine_twin.json");
     options.seed = 4;
     const plc_setup setup = prepare(options);
     EXPECT_EQ(setup.twin.seed, 4u);
@@ -468,7 +469,7 @@ TEST(RegisterMap, ExampleIsServed) {
     EXPECT_NO_THROW(fake_plc(setup.twin, setup.map, setup.profile, 0));
 
     plc_options plain;  // without a twin: straight axes over the plausible ranges
-    plain.map = CB_SOURCE_DIR "/examples/gantry-straightness/machine.json";
+    plain.map = from_source("examples/gantry-straightness/machine.json");
     const plc_setup straight = prepare(plain);
     EXPECT_TRUE(straight.twin.errors.empty());
     EXPECT_TRUE(straight.twin.axes[2].present);
@@ -562,7 +563,7 @@ TEST(Setup, AMachineMadeFromTheMapServesEveryChannel) {
     EXPECT_EQ(r.plc.state().applied_um, (std::vector<double>{220, 230, 240}));
     EXPECT_EQ(r.plc.state().displacement_um, (twin::xyz{0, 230, 220}));
 
-    const std::string twin = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+    const std::string twin = from_source("examples/gantry-straightness/machine_twin.json");
     const plc_setup strict = prepared_with_map(text, twin);  // a real twin tells what it has
     EXPECT_THROW(fake_plc(strict.twin, strict.map, strict.profile, 0), input_error);
 }

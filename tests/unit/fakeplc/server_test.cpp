@@ -19,13 +19,14 @@
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
+#include "tests/support/paths.h"
 #include "tests/support/still_clock.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::fakeplc {
 namespace {
 
-const std::string example = CB_SOURCE_DIR "/examples/gantry-straightness/";
+const std::string example = from_source("examples/gantry-straightness/");
 const byte_string read_one = {0, 1, 0, 0, 0, 6, 1, 3, 0, 0, 0, 1};
 const byte_string read_one_reply = {0, 1, 0, 0, 0, 5, 1, 3, 2, 0x12, 0x34};
 const byte_string write_one = {0, 2, 0, 0, 0, 6, 1, 6, 0, 1, 0, 9};

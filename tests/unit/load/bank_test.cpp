@@ -7,6 +7,7 @@
 
 #include "tests/support/config_fixture.h"
 #include "tests/support/config_invariants.h"
+#include "tests/support/paths.h"
 
 extern "C" {
 #include "firmware/signals/bank.h"
@@ -52,7 +53,7 @@ TEST(config_bank, arrives_with_its_columns_in_order) {
 }
 
 TEST(config_bank, the_example_of_the_manual_loads) {
-    std::ifstream file(CB_SOURCE_DIR "/docs/coefficient-file.md");
+    std::ifstream file(from_source("docs/coefficient-file.md"));
     const std::string manual{std::istreambuf_iterator<char>(file), {}};
     const size_t start = manual.find("    {\"name\": \"warm\", \"type\": \"linear\"");
     ASSERT_NE(start, std::string::npos);
@@ -67,7 +68,7 @@ TEST(config_bank, the_example_of_the_manual_loads) {
 }
 
 TEST(config_bank, the_example_of_a_sigma_loads) {
-    std::ifstream file(CB_SOURCE_DIR "/docs/coefficient-file.md");
+    std::ifstream file(from_source("docs/coefficient-file.md"));
     const std::string manual{std::istreambuf_iterator<char>(file), {}};
     const size_t start = manual.rfind("    {\"name\": \"warm\", \"type\": \"linear\"");
     ASSERT_NE(start, std::string::npos);

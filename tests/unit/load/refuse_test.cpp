@@ -9,6 +9,7 @@
 #include "tests/support/cases.h"
 #include "tests/support/config_fixture.h"
 #include "tests/support/dice.h"
+#include "tests/support/paths.h"
 
 extern "C" {
 #include "firmware/load/host.h"
@@ -24,7 +25,7 @@ std::string refusal(const loaded &got) {
 }
 
 TEST(config_refuse, every_mistake_of_the_table) {
-    std::ifstream file(CB_SOURCE_DIR "/tests/unit/load/refused.txt");
+    std::ifstream file(from_source("tests/unit/load/refused.txt"));
     int cases = 0;
     for (std::string piece, other, expected; std::getline(file, piece);) {
         if (piece.empty() || piece[0] == '#') continue;

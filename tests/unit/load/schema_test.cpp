@@ -9,6 +9,8 @@
 #include <set>
 #include <sstream>
 
+#include "tests/support/paths.h"
+
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wshadow" /* a function is called like the struct that it returns \
                                            */
@@ -25,7 +27,7 @@ using json = nlohmann::ordered_json;
 namespace {
 
 std::string read(const std::string &name) {
-    std::ifstream file(CB_SOURCE_DIR "/docs/" + name);
+    std::ifstream file(from_source("docs/" + name));
     std::stringstream text;
     text << file.rdbuf();
     return text.str();

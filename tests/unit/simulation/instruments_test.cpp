@@ -13,12 +13,13 @@
 #include "host-tools/simulation/step_words.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox {
 namespace {
 
-const std::string example = CB_SOURCE_DIR "/examples/nine-line/machine_twin.json";
+const std::string example = from_source("examples/nine-line/machine_twin.json");
 
 formats::laser_file read_laser(const std::string &path) {
     return formats::read_laser_text(path, formats::read_table_text(path));

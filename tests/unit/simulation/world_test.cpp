@@ -7,11 +7,12 @@
 #include "host-tools/coefficients/load.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/simulation/travels.h"
+#include "tests/support/paths.h"
 
 namespace compbox::simulation {
 namespace {
 
-const std::string folder = CB_SOURCE_DIR "/examples/dual-drive/";
+const std::string folder = from_source("examples/dual-drive/");
 constexpr wire_times quiet_network = {5000, 4000};
 
 struct site {

@@ -11,12 +11,13 @@
 
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/file.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::twin {
 namespace {
 
-const std::string folder = CB_SOURCE_DIR "/examples/gantry-straightness";
+const std::string folder = from_source("examples/gantry-straightness");
 const std::string example = folder + "/machine_twin.json";
 
 TEST(Laser, TargetsIncludeBothEndsAndTheShortLastInterval) {
@@ -94,7 +95,7 @@ double noise_between_runs(const twin_machine &twin, const char *name) {
 }
 
 TEST(Laser, EachInstrumentHasItsOwnNoise) {
-    twin_config config = load_twin(CB_SOURCE_DIR "/examples/nine-line/machine_twin.json");
+    twin_config config = load_twin(from_source("examples/nine-line/machine_twin.json"));
     config.unexplained_percent = config.repeatability_um = 0.0;
     config.laser.runs = 100;
     config.laser.sigma_um = 0.2;
@@ -198,7 +199,7 @@ TEST(Laser, ExampleMeasurementsAreReproducible) {
 }
 
 TEST(Laser, ProgramSaysWhatIsWrongAndASeedIsAnotherMachine) {
-    const std::string program = CB_BINARY_DIR "/bin/virtual-laser ";
+    const std::string program = built("virtual-laser") + " ";
     const std::string to = compbox_test::temporary("program");
     const auto code = [](const std::string &command) {
         return WEXITSTATUS(std::system((command + " >/dev/null 2>&1").c_str()));

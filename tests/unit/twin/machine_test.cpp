@@ -11,12 +11,13 @@
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/motion.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::twin {
 namespace {
 
-const std::string gantry = CB_SOURCE_DIR "/examples/gantry-straightness/machine_twin.json";
+const std::string gantry = from_source("examples/gantry-straightness/machine_twin.json");
 constexpr double two_pi = 6.28318530717958647692;
 
 // ---- random numbers
@@ -213,7 +214,7 @@ TEST(TwinFile, ExampleReadsAsWritten) {
     EXPECT_EQ(config.laser.runs, 3);
     ASSERT_EQ(config.program.size(), 3u);
     EXPECT_DOUBLE_EQ(config.program[1].feed_mm_per_s, 10000.0 / 60.0);
-    EXPECT_EQ(config.coefficients, CB_SOURCE_DIR "/examples/gantry-straightness/machine.json");
+    EXPECT_EQ(config.coefficients, from_source("examples/gantry-straightness/machine.json"));
 }
 
 // The sentence that load_twin gives for a text, without the file's name.

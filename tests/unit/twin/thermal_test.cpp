@@ -10,12 +10,13 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/twin/machine.h"
 #include "host-tools/twin/process.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::twin {
 namespace {
 
-const std::string thermal_example = CB_SOURCE_DIR "/examples/bpnet-840d/machine_twin.json";
+const std::string thermal_example = from_source("examples/bpnet-840d/machine_twin.json");
 
 // 10 kJ/K against 5 W/K: 2000 s; 100 W at 3000 1/min, by the square.
 thermal_config one_node() {

@@ -14,6 +14,7 @@ extern "C" {
 #include "firmware/base/counters.h"
 #include "firmware/box/mode.h"
 }
+#include "tests/support/paths.h"
 
 namespace {
 
@@ -176,7 +177,7 @@ void explore(transitions &seen) {
 }
 
 std::string text_of(const std::string &file) {
-    std::ifstream in(std::string(CB_SOURCE_DIR) + "/" + file);
+    std::ifstream in(from_source(file));
     std::ostringstream text;
     text << in.rdbuf();
     return text.str();

@@ -23,6 +23,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
 #include "host-tools/twin/random.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary.h"
 
 namespace compbox::fakeplc {
@@ -254,8 +255,7 @@ void add_common(trace &to, restless &of, const plc_state &state, double dt_s, bo
 // Runs the interpreter on the trace; its words, and "" when it found a difference is a failure.
 void replay(const char *interpreter, const exported &of, const trace &rows) {
     std::string command =
-        std::string("/usr/bin/python3 " CB_SOURCE_DIR "/tests/unit/fakeplc/computing/") +
-        interpreter;
+        "/usr/bin/python3 " + from_source("tests/unit/fakeplc/computing/") + interpreter;
     int file = 0;
     for (const std::string &text : {of.program, of.registers, rows.text()}) {
         const std::string path = compbox_test::temporary("replay" + std::to_string(file++));
@@ -400,7 +400,7 @@ TEST(PlcProgram, OfTheFanucIsWhatFakeplcDoes) {
 
 // The programs of docs/plc are those of the files beside them.
 TEST(PlcProgram, OfTheDocumentsIsMadeByExport) {
-    const std::string folder = CB_SOURCE_DIR "/docs/plc/";
+    const std::string folder = from_source("docs/plc/");
     for (const char *name : {"sinumerik-840d", "fanuc"}) {
         const json file = formats::read_json(folder + name + ".json");
         const auto made =
