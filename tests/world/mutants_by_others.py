@@ -1948,4 +1948,89 @@ DEFECTS_BY_OTHERS = [
      (LINUX + "tcp.c",
       "    return next_reply(tcp, 0) != WAIT_LOST && has_time(tcp, deadline_us);",
       "    return next_reply(tcp, 0) != WAIT_LOST;")),
+    ("other-rest-ignores-what-the-plc-may-hold",
+     "A channel counts as at rest although a write without a reply may have left another value than zero in the "
+     "PLC: a pending file with another register, sign or larger limit is taken then, and the late value acts as "
+     "a step under the new meaning",
+     (BOX + "adopt.c",
+      "    return state->output_um == 0.0f && state->sent_um == 0.0f && state->possible_min_um == 0.0f &&\n"
+      "           state->possible_max_um == 0.0f;\n",
+      "    return state->output_um == 0.0f && state->sent_um == 0.0f;\n")),
+    ("other-velocity-survives-a-clock-jump",
+     "A jump of the clock forgets values but not velocities: after a suspend in a fast move the first positions "
+     "are looked ahead by the speed from before it, although the axis stands",
+     (SIGNALS + "signals.c",
+      "        state->value = state->velocity = state->used = 0.0f;\n",
+      "        state->value = state->used = 0.0f;\n")),
+    ("other-stale-signal-is-shown-as-refused",
+     "A signal whose newest reading was implausible keeps the state `refused` (an older value is in use) in the "
+     "snapshot also when that older value is stale and not used any more, so page and alarms show a dead sensor "
+     "as one in use",
+     (DAEMON + "loop.c",
+      "    if (!signal->fresh) return CB_ROW_SIGNAL_STALE;\n"
+      "    return signal->refusal == CB_CAUSE_NONE ? CB_ROW_SIGNAL_FRESH : CB_ROW_SIGNAL_REFUSED;\n",
+      "    if (signal->refusal != CB_CAUSE_NONE) return CB_ROW_SIGNAL_REFUSED;\n"
+      "    return signal->fresh ? CB_ROW_SIGNAL_FRESH : CB_ROW_SIGNAL_STALE;\n")),
+    ("other-file-changed-while-read-is-missed",
+     "The version of the coefficient file (and its signature) is noted behind its reading instead of before it: "
+     "a file or signature that is renamed into place while the old one is read and checked counts as known, and "
+     "is never loaded",
+     (DAEMON + "reload.c",
+      "    look(reload, &reload->known);\n"
+      "    reload->seen = reload->known;\n"
+      "    if (cb_loop_is_corrupt(loop)) return refuse_corrupt(reload);\n"
+      "    if (load(reload, &spare->config) && check(reload, now, &spare->config)) {\n",
+      "    const bool corrupt = cb_loop_is_corrupt(loop);\n"
+      "    const bool good = !corrupt && load(reload, &spare->config);\n"
+      "    look(reload, &reload->known);\n"
+      "    reload->seen = reload->known;\n"
+      "    if (corrupt) return refuse_corrupt(reload);\n"
+      "    if (good && check(reload, now, &spare->config)) {\n")),
+    ("other-other-sign-is-no-widening",
+     "A file with another sign of a channel is no longer pending: if the channel's output is just zero, it "
+     "takes over in ACTIVE, and from then on the axis is moved the wrong way",
+     (DAEMON + "widening.c",
+      "    if (was->sign != is->sign) return \"sign\";\n",
+      "")),
+    ("other-clock-now-vouches-for-clock-then",
+     "Across a reboot the pause counts as known if the wall clock is synchronised now, even if it was not when "
+     "the state was written: lags of a board without a battery clock go on after a pause that is hours wrong",
+     (OUTPUT + "state.c",
+      "    if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;\n",
+      "    if (header->synchronised != 1 && !now->synchronised) return PAUSE_UNSYNC_THEN;\n")),
+    ("other-plain-record-removed-first",
+     "The plain old record is removed before its compressed form has its name: a power cut or a refused rename "
+     "in between loses that file, because the next start removes PATH.gz.new",
+     (OUTPUT + "archive.c",
+      "    if (rename(archive->temporary, compressed) != 0) return errno;\n"
+      "    cb_output_sync_folder(compressed);\n"
+      "    return unlink(plain) == 0 ? 0 : errno;\n",
+      "    if (unlink(plain) != 0 || rename(archive->temporary, compressed) != 0) return errno;\n"
+      "    cb_output_sync_folder(compressed);\n"
+      "    return 0;\n")),
+    ("other-failed-black-box-counts-as-written",
+     "Rows of a black-box file that failed (full disk) and was removed count as written: the file of the next "
+     "event begins behind them, so the ten minutes before the first event are in no file",
+     (OUTPUT + "blackbox.c",
+      "    if (error != 0) unlink(temporary);\n"
+      "    if (error != 0) return error;\n"
+      "    cb_output_sync_folder(path);\n"
+      "    box->written = box->next;\n",
+      "    box->written = box->next;\n"
+      "    if (error != 0) unlink(temporary);\n"
+      "    if (error != 0) return error;\n"
+      "    cb_output_sync_folder(path);\n")),
+    ("other-pending-write-has-the-fate-of-the-last",
+     "With libmodbus the result of a write is not cleared for the next one: a write that still hangs is "
+     "reported as confirmed because the one before it was, so the limiter takes for certain a value that the "
+     "PLC may never get",
+     (LINUX + "libmodbus.c",
+      "        client->ended = CB_TRANSFER_NONE;\n",
+      "")),
+    ("other-exchange-times-without-timeouts",
+     "exchange_us in statistics and snapshot counts only cycles whose reading succeeded: cycles that waited for "
+     "the PLC until the deadline are missing, so max and p99 look well while requests time out",
+     (OUTPUT + "stats.c",
+      "    if (row->read != CB_TRANSFER_FAILED)\n",
+      "    if (row->read == CB_TRANSFER_OK)\n")),
 ]
