@@ -111,12 +111,13 @@ class slew_invariant : public invariant {
     };
     // After lost contact the outputs go on from what the PLC applies or holds (decision 5). The box
     // reads the block back then. With FC23 it has read without a write before; with FC3 and FC16 it
-    // has not written for some periods.
+    // has not written for some periods, or had replies to its writes too late.
     bool places_outputs(const machine &facts, const exchange &seen) const {
         const bool refused = seen.function == 3 && seen.exception != 0;
         if (facts.fc23) return (is_read_back(facts, seen) || refused) && reads_alone_;
         const time_ns period_ns = facts.period_us * us;
-        const bool lost = draws_any(of_, {fault_kind::plc_stop, fault_kind::line});
+        const bool lost = draws_any(of_, {fault_kind::plc_stop, fault_kind::line}) ||
+                          (refused && draws(of_, fault_kind::delay));
         return (is_read_back(facts, seen) || refused) &&
                (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns ||
                 seen.sent - gap_ns_ < 5 * period_ns);
