@@ -37,8 +37,7 @@ struct state {
     int members = 0;  // threads that the clock waits for
     std::vector<const waiter *> waiters;
     std::set<int> sockets;  // which may have sent what has not arrived
-    int64_t asleep_ns =
-        0;  // the computer sleeps for it while the next thread waits for a descriptor
+    int64_t asleep_ns = 0;  // see suspend_ms
 };
 inline state all;
 inline std::atomic<bool> is_on{false};

@@ -303,8 +303,7 @@ class outage_invariant : public invariant {
     enum class found { nothing, block, refused };
 
     void judge_write(const machine &facts, const exchange &seen) {
-        // Without a write for so long the box has lost contact.
-        const time_ns lost_ns = 8 * facts.period_us * us + lag_ns_;
+        const time_ns lost_ns = contact_lasts(facts) + lag_ns_;
         const bool lost = written_ns_ != never && seen.sent - written_ns_ > lost_ns;
         if (is_read_back(facts, seen)) find(facts, seen, lost);
         if (is_refused_read_back(facts, seen) && lost) {

@@ -340,12 +340,11 @@ class progress_invariant : public invariant {
         using namespace box_reason;
         const written_block &block = block_of(facts, seen);
         const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
-        const time_ns period_ns = facts.period_us * us;
         const time_ns longest_ns = 6 * longest_late(facts);
         const bool runs = block.mode == fakeplc::box_mode::active &&
                           (block.reason == none || block.reason == limited ||
                            block.reason == degraded || block.reason == extrapolated) &&
-                          gap_ns < 8 * period_ns;
+                          gap_ns < contact_lasts(facts);
         if (!runs) return waits_.clear();
         waits_.resize(facts.channels.size());
         for (std::size_t c = 0; c < waits_.size(); ++c) {
@@ -401,7 +400,7 @@ class retreat_invariant : public invariant {
         const bool rests = block.mode == fakeplc::box_mode::standby ||
                            block.mode == fakeplc::box_mode::ramp ||
                            block.mode == fakeplc::box_mode::fault;
-        if (!rests || gap_ns > 8 * facts.period_us * us) return waits_.clear();
+        if (!rests || gap_ns > contact_lasts(facts)) return waits_.clear();
         const bool confirmed = seen.duration != never && seen.exception == 0;
         waits_.resize(facts.channels.size());
         for (std::size_t c = 0; c < waits_.size(); ++c)

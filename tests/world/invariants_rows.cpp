@@ -67,8 +67,7 @@ class rows_invariant : public invariant {
     void started() override {
         sent_.clear();
         read_.clear();
-        start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
-        starts_s_.push_back(start_s_);
+        starts_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
         if (known_.empty()) known_ = blackbox_names();
     }
     void exchanged(const exchange &seen) override {
@@ -208,7 +207,7 @@ class rows_invariant : public invariant {
         const double period_s = 1e-6 * static_cast<double>(facts.period_us);
         while (rows.next()) {
             const double at_s = rows.number("unix_s");
-            if (at_s < start_s_ - 1e-3) continue;
+            if (at_s < starts_s_.back() - 1e-3) continue;
             while (first_sent < sent_.size() && sent_[first_sent].s < at_s - 2e-3) ++first_sent;
             while (first_read < read_.size() && read_[first_read].s < at_s - 2e-3) ++first_read;
             check_outputs(facts, rows, first_sent, at_s + 2.1 * period_s);
@@ -256,7 +255,7 @@ class rows_invariant : public invariant {
                                 entry.at("tau_s")});
         row_reader rows(text);
         while (rows.next()) {
-            if (rows.number("unix_s") < start_s_ - 1e-3) continue;
+            if (rows.number("unix_s") < starts_s_.back() - 1e-3) continue;
             const double now_s = rows.number("time_s");
             for (lag &one : lags) {
                 const bool was_missing = one.is_missing;
@@ -336,7 +335,6 @@ class rows_invariant : public invariant {
     }
 
     bool calm_, lags_judged_;
-    double start_s_ = 0;
     std::vector<sent_block> sent_;  // by this daemon, by the wall clock
     std::vector<reading> read_, kept_;
 };

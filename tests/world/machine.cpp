@@ -1319,6 +1319,10 @@ time_ns longest_late(const machine &of) {
     return (of.heartbeat_timeout_us + 2 * of.period_us) * us;
 }
 
+time_ns contact_lasts(const machine &of) {
+    return 8 * of.period_us * us;
+}
+
 bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];

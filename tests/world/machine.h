@@ -95,6 +95,8 @@ time_ns longest_between_steps(const machine &of);
 // out: for so long a write without a reply may take effect, while the PLC's heartbeat is alive
 //      (T of docs/decisions/0003-what-the-plc-may-hold.md)
 time_ns longest_late(const machine &of);
+// out: without a write for longer the box has lost contact
+time_ns contact_lasts(const machine &of);
 
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);

@@ -339,6 +339,12 @@ WIRE = [
     ("lost-is-failure", "A write on a connection that is lost counts as one without effect",
      (LINUX + "tcp.c", "        case WAIT_LOST:\n            return CB_TRANSFER_UNKNOWN;",
       "        case WAIT_LOST:\n            return CB_TRANSFER_FAILED;")),
+    ("sent-behind-a-late-reply",
+     "A request is sent although its time passed while the box waited for a late reply, so a computer that was "
+     "suspended in that wait writes outputs of long ago",
+     (LINUX + "tcp.c",
+      "    return next_reply(tcp, 0) != WAIT_LOST && has_time(tcp, deadline_us);",
+      "    return next_reply(tcp, 0) != WAIT_LOST;")),
     ("request-before-reply", "A request is sent before the late reply to the one before",
      (LINUX + "tcp.c", "if (tcp->awaiting && !await_late_reply(tcp, deadline_us)) return false;",
       "(void)await_late_reply;")),

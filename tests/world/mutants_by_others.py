@@ -1942,12 +1942,6 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "output_file.c",
       "    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
       "    if (stat(path, &there) != 0) return errno == ENOENT ? 0 : errno;")),
-    ("sent-behind-a-late-reply",
-     "A request is sent although its time passed while the box waited for a late reply, so a computer that was "
-     "suspended in that wait writes outputs of long ago",
-     (LINUX + "tcp.c",
-      "    return next_reply(tcp, 0) != WAIT_LOST && has_time(tcp, deadline_us);",
-      "    return next_reply(tcp, 0) != WAIT_LOST;")),
     ("other-rest-ignores-what-the-plc-may-hold",
      "A channel counts as at rest although a write without a reply may have left another value than zero in the "
      "PLC: a pending file with another register, sign or larger limit is taken then, and the late value acts as "
