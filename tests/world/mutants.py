@@ -466,9 +466,9 @@ FILES = [
 
 DAEMONS_WORK = [
     ("published-early", "A row is published before it is filled",
-     (DAEMON + "loop.c", "    struct cb_row *row = &loop->rows[slot];\n    row->time_us",
-      "    struct cb_row *row = &loop->rows[slot];\n    cb_ring_publish(&loop->ring);\n    row->time_us"),
-     (DAEMON + "loop.c", "    copy_values(row, loop->box, &loop->cycle.out);\n    cb_ring_publish(&loop->ring);",
+     (DAEMON + "loop.c", "    row->time_us = loop->cycle.tick_us;",
+      "    if (slot >= 0) cb_ring_publish(&loop->ring);\n    row->time_us = loop->cycle.tick_us;"),
+     (DAEMON + "loop.c", "    copy_values(row, loop->box, &loop->cycle.out);\n    if (slot >= 0) cb_ring_publish(&loop->ring);",
       "    copy_values(row, loop->box, &loop->cycle.out);")),
     ("ring-overrun", "A full ring overwrites a row that is being read",
      (LINUX + "mailbox.h", "if (ring->written - taken >= ring->slots)", "if (ring->written - taken > ring->slots)")),
@@ -611,6 +611,8 @@ SECOND_LOOK = [
     # ---- daemon
     ("state-unsynchronised", "The pause of a restart is taken from a wall clock that was wrong at its end",
      (OUTPUT + "state.c", "    if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;\n", "")),
+    ("last-row-lost", "The final statistics are those of before a disk hung, and the ring was full",
+     (LINUX + "daemon/main.c", "    if (!daemon->loop.is_beside) return;", "    return;")),
     ("record-hole", "Behind a failed write the record has a hole",
      (OUTPUT + "record.c", "    if (ftruncate(record->fd, record->whole_size) == 0)\n"
       "        lseek(record->fd, record->whole_size, SEEK_SET);",

@@ -80,13 +80,14 @@ static void copy_values(struct cb_row *row, const struct cb_box *box,
     cb_row_take_sigmas(row, box);
 }
 
-/* Publishes the finished cycle for the other thread; a full ring counts the row as lost. */
+/* Publishes the finished cycle for the other thread; a full ring counts the row as lost. The last
+ * one of all is not lost, it stays beside the ring: its counters are the final ones. */
 static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     const uint64_t number = loop->made++;
-    int32_t slot = cb_ring_slot_to_write(&loop->ring);
-    if (slot < 0) return;
+    const int32_t slot = cb_ring_slot_to_write(&loop->ring);
     const struct cb_tick *tick = &loop->target.tick;
-    struct cb_row *row = &loop->rows[slot];
+    struct cb_row *row = slot < 0 ? &loop->beside : &loop->rows[slot];
+    loop->is_beside = slot < 0;
     row->time_us = loop->cycle.tick_us;
     row->tick = tick->index;
     row->late_ns = tick->worst_ns;
@@ -107,7 +108,7 @@ static void publish(struct cb_loop *loop, int64_t woke_before_ns) {
     row->number = number;
     copy_step(row, &loop->cycle);
     copy_values(row, loop->box, &loop->cycle.out);
-    cb_ring_publish(&loop->ring);
+    if (slot >= 0) cb_ring_publish(&loop->ring);
 }
 
 /* Publishes the lags for the other thread, once a second. */

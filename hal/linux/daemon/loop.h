@@ -38,6 +38,8 @@ struct cb_loop {
     struct cb_cycle cycle;
     struct cb_ring ring;
     struct cb_row rows[CB_LOOP_ROWS];
+    struct cb_row beside;      /* the newest row where the ring is full … */
+    bool is_beside;            /* … and whether it is; both read after finished */
     struct cb_state resumed;   /* state from before the start */
     struct cb_ring state_ring; /* the lags, once a second … */
     struct cb_state states[CB_LOOP_STATES];

@@ -54,6 +54,7 @@ struct daemon {
     int64_t snapshot_us;       /* time of the last snapshot */
     int snapshot_error;        /* errno of its write */
     int64_t stats_us;          /* time of the last statistics */
+    bool took_beside;          /* the last row, which the full ring has counted as lost */
     struct cb_state state;     /* newest from the loop */
     uint32_t state_generation; /* generation of its lags */
     int64_t state_us;          /* time of its last write */
@@ -427,25 +428,35 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     cb_row_files_follow(&daemon->files, config_now(daemon));
 }
 
-/* Takes the loop's rows into all outputs, each with the coefficient file that it belongs to. */
+/* Takes a row into all outputs, with the coefficient file that it belongs to. */
+static void take_row(struct daemon *daemon, const struct cb_row *row) {
+    follow_reload(daemon, row->generation);
+    const struct cb_config *config = config_now(daemon);
+    cb_stats_add(&daemon->stats, row);
+    cb_row_files_add(&daemon->files, config, row);
+    cb_log_row(&daemon->log, config, row);
+    cb_log_can(&daemon->log, &config->can, row);
+}
+
 static void take_rows(struct daemon *daemon) {
     struct cb_loop *loop = &daemon->loop;
     for (int32_t slot; (slot = cb_ring_slot_to_read(&loop->ring)) >= 0;) {
-        const struct cb_row *row = &loop->rows[slot];
-        follow_reload(daemon, row->generation);
-        const struct cb_config *config = config_now(daemon);
-        cb_stats_add(&daemon->stats, row);
-        cb_row_files_add(&daemon->files, config, row);
-        cb_log_row(&daemon->log, config, row);
-        cb_log_can(&daemon->log, &config->can, row);
+        take_row(daemon, &loop->rows[slot]);
         cb_ring_release(&loop->ring);
     }
+}
+
+/* The last cycle's row, if the ring was full then: without it the final counters would be old. */
+static void take_last_row(struct daemon *daemon) {
+    if (!daemon->loop.is_beside) return;
+    take_row(daemon, &daemon->loop.beside);
+    daemon->took_beside = true;
 }
 
 /* out: 0, or errno of the failed write */
 static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
-    run->rows_lost = cb_ring_lost(&daemon->loop.ring);
+    run->rows_lost = cb_ring_lost(&daemon->loop.ring) - (daemon->took_beside ? 1 : 0);
     run->bus = &daemon->bus;
     run->lowered = daemon->reload.lowered;
     run->reload_pending = daemon->reload.pending;
@@ -581,6 +592,7 @@ static void serve(struct daemon *daemon) {
     cb_bus_stop(&daemon->bus);
     cb_can_close(&daemon->loop.target.can.can);
     take_rows(daemon);
+    take_last_row(daemon);
     follow_reload(daemon, daemon->loop.generation);
     cb_state_take(&daemon->state, daemon->loop.box);
     daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);

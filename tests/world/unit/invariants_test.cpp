@@ -123,6 +123,10 @@ const edge edges[] = {
      "preempt,delay,reset,exception,disk,reload,state,clock,stall,memory,wire,line,slow,reader", nullptr},
     // A cycle of the PLC takes longer than a period and its own length: no beat, and an axis that moves.
     {"reference", 830026, 2500, "disk", nullptr},
+    // The line that says how the run before ended could not be written.
+    {"state", 840097, 2500, "tear,reset,partial,power_cut,restart,reload,can,stray", nullptr},
+    // A disk hangs until just before the end, and the ring of rows is full.
+    {"account", 830117, 2500, "disk", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
