@@ -119,7 +119,6 @@ void cb_can_close(struct cb_can *can) {
 /* ---- the loop ---- */
 
 static void come_up(struct cb_can *can) {
-    if (can->state == CB_CAN_UP) return;
     can->state = CB_CAN_UP;
     can->is_back = true;
 }
@@ -178,8 +177,9 @@ static void give_up(struct cb_can *can) {
 }
 
 /* Counts a socket error; the caller excludes an empty queue. */
-static void note_error(struct cb_can *can, int error) {
+static void note_error(struct cb_can *can, int error, int64_t now_us) {
     if (error == ENETDOWN) {
+        can->down_us = now_us;
         can->counters.went_down += can->state != CB_CAN_DOWN;
         __atomic_store_n(&can->downs, can->downs + 1, __ATOMIC_RELEASE);
         can->state = CB_CAN_DOWN;
@@ -192,7 +192,13 @@ static void note_error(struct cb_can *can, int error) {
     give_up(can);
 }
 
-static void note_error_frame(struct cb_can *can, const struct can_frame *frame) {
+/* out: false: a frame waited in the queue since before the interface went down, and tells nothing
+ * of the bus */
+static bool is_news(const struct cb_can *can, int64_t time_us) {
+    return can->state != CB_CAN_DOWN || time_us > can->down_us;
+}
+
+static void note_error_frame(struct cb_can *can, const struct can_frame *frame, int64_t time_us) {
     struct cb_can_counters *counters = &can->counters;
     const uint8_t controller = frame->can_id & CAN_ERR_CRTL ? frame->data[1] : 0;
     counters->error_frames++;
@@ -200,12 +206,12 @@ static void note_error_frame(struct cb_can *can, const struct can_frame *frame) 
     counters->passives += (controller & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0;
     counters->controller_overflows +=
         (controller & (CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) != 0;
-    if (frame->can_id & CAN_ERR_BUSOFF) {
-        counters->bus_offs++;
-        can->state = CB_CAN_BUS_OFF;
-    }
+    counters->bus_offs += (frame->can_id & CAN_ERR_BUSOFF) != 0;
     counters->restarts += (frame->can_id & CAN_ERR_RESTARTED) != 0;
-    /* a controller that restarts by itself only reports that it is active */
+    if (!is_news(can, time_us)) return;
+    if (frame->can_id & CAN_ERR_BUSOFF) can->state = CB_CAN_BUS_OFF;
+    /* a controller that restarts by itself only reports that it is active; it may have left the bus
+     * before the socket was there, and lost what was sent */
     if (frame->can_id & CAN_ERR_RESTARTED || controller & CAN_ERR_CRTL_ACTIVE) come_up(can);
 }
 
@@ -256,7 +262,7 @@ static bool receive_any(struct cb_can *can, struct can_frame *frame, int64_t *ti
         return true;
     }
     if (got < 0 && errno != EAGAIN && errno != EINTR)
-        note_error(can, errno);
+        note_error(can, errno, now_us);
     else
         can->not_before_us = now_us;
     return false;
@@ -271,11 +277,11 @@ bool cb_can_receive(struct cb_can *can, struct cb_can_frame *frame, int64_t now_
     for (int i = 0; i < CB_CAN_FRAMES_PER_CYCLE; i++) {
         if (can->fd < 0 || !receive_any(can, &raw, &time_us, now_us)) return false;
         if (raw.can_id & CAN_ERR_FLAG) {
-            note_error_frame(can, &raw);
+            note_error_frame(can, &raw, time_us);
             continue;
         }
         can->counters.frames++;
-        come_up(can);
+        if (can->state != CB_CAN_UP && is_news(can, time_us)) come_up(can);
         *frame = (struct cb_can_frame){raw.can_id, raw.can_dlc, {0}, time_us};
         memcpy(frame->data, raw.data, sizeof frame->data);
         return true;

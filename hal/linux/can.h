@@ -57,6 +57,7 @@ struct cb_can {
     uint8_t state;          /* enum cb_can_state */
     bool is_back;           /* the bus came up (again); cb_can_came_back() clears it */
     int64_t not_before_us;  /* last time of a frame or an empty queue: later frames are newer */
+    int64_t down_us;        /* last time that the kernel reported "down" */
     uint32_t lost_in_queue; /* of this socket, as the kernel counts them */
     uint32_t downs;         /* times that the kernel reported "down"; the other thread … */
     uint32_t up_after;      /* … writes here after which of them the interface was up again */

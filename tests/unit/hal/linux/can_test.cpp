@@ -108,6 +108,20 @@ TEST_F(linux_can, a_controller_that_is_active_again_has_come_back) {
     EXPECT_EQ(can.counters.restarts, 0u);
 }
 
+// What was sent before it is lost.
+TEST_F(linux_can, a_controller_that_was_off_the_bus_before_the_socket_has_come_back) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_TRUE(cb_can_came_back(&can));
+    controller_says(CAN_ERR_RESTARTED);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.state, CB_CAN_UP);
+    EXPECT_TRUE(cb_can_came_back(&can));
+    controller_says(CAN_ERR_CRTL, CAN_ERR_CRTL_ACTIVE);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_TRUE(cb_can_came_back(&can));
+}
+
 // The kernel's stamp, by the wall clock, becomes the age of a frame that waited.
 TEST_F(linux_can, a_frame_is_as_old_as_the_kernel_says) {
     const int on = 1;
@@ -158,6 +172,25 @@ TEST_F(linux_can, an_interface_that_is_up_again_is_noticed_without_a_frame) {
     EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
     EXPECT_EQ(can.state, CB_CAN_UP);
     EXPECT_TRUE(cb_can_came_back(&can));
+}
+
+// Frames of before, from the queue.
+TEST_F(linux_can, an_interface_that_is_down_stays_so_behind_frames_that_waited) {
+    const int64_t now_us = cb_boottime_us();
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, now_us));
+    can.state = CB_CAN_DOWN;  // as a socket error has it, which a local socket never gives
+    can.downs = 1;
+    can.down_us = now_us;
+    send(0x181, {1});
+    controller_says(CAN_ERR_BUSOFF);
+    EXPECT_TRUE(cb_can_receive(&can, &frame, now_us));
+    EXPECT_FALSE(cb_can_receive(&can, &frame, now_us));
+    EXPECT_EQ(can.state, CB_CAN_DOWN);
+    EXPECT_EQ(can.counters.bus_offs, 1u);
+    send(0x181, {1});
+    EXPECT_TRUE(cb_can_receive(&can, &frame, now_us + 1));
+    EXPECT_EQ(can.state, CB_CAN_UP);
 }
 
 TEST_F(linux_can, a_revoked_socket_is_given_back_and_another_asked_for) {
