@@ -171,7 +171,11 @@ fault_set swarm_of(std::uint64_t seed) {
 
 fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limits &most,
                                std::uint64_t seed)
-    : of_(of), bad_cable_(dice(seed, "bad cable").one_in(4)), own_(seed, "ends at a rename") {
+    : of_(of),
+      weak_names_(dice(seed, "weak names").one_in(4)),
+      of_names_(seed, "names"),
+      bad_cable_(dice(seed, "bad cable").one_in(4)),
+      own_(seed, "ends at a rename") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;

@@ -190,6 +190,7 @@ class fault_injector : public call_faults,
     void die_if_due(std::int64_t &left);
     void die();
     void interrupt(const call_site &site, call_fate &fate);
+    bool refuses_name(const call_site &site);
     void refuse_call(const call_site &site, call_fate &fate);
     void heal_computer();
 
@@ -227,6 +228,8 @@ class fault_injector : public call_faults,
         lost_ends_{fault_kind::reset, 1000}, exceptions_{fault_kind::exception, 500},
         torn_readings_{fault_kind::exception, 200}, strays_{fault_kind::stray, 300};
     // Until then a call, a function or the disk refuses.
+    const bool weak_names_;
+    dice of_names_;
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0;

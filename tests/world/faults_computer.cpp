@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <map>
@@ -73,6 +74,15 @@ const std::vector<int> &errors_of(const char *call) {
 
 }  // namespace
 
+// Calls that change a name or a length are seldom: of one seed in four each of them may fail.
+bool fault_injector::refuses_name(const call_site &site) {
+    constexpr std::array names = {"rename", "unlink", "access", "ftruncate", "fsync"};
+    return weak_names_ && has(fault_kind::refuse) && of_.cycles_of_daemon > 0 &&
+           std::any_of(names.begin(), names.end(),
+                       [&](const char *name) { return std::strcmp(name, site.name) == 0; }) &&
+           of_names_.one_in(12) && takes_one(fault_kind::refuse);
+}
+
 // One call in some thousands, or for a while each call of one name.
 void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
     if (of_.time.now() < storm_until_ && stormy_call_ == site.name && of_.cycles_of_daemon > 0) {
@@ -80,17 +90,18 @@ void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
         if (fate.error == EINTR) interrupt(site, fate);
         return;
     }
-    if (!due(refused_calls_)) return;
+    const bool is_due = due(refused_calls_), is_name = refuses_name(site);
+    if (!is_due && !is_name) return;
     const std::vector<int> &errors = errors_of(site.name);
     // A daemon that cannot start needs its sentence.
     const bool explains = of_.cycles_of_daemon == 0 && std::strcmp(site.path, "stderr") == 0;
     if (errors.empty() || explains) return;
-    dice &drawn = chance(fault_kind::refuse);
+    dice &drawn = is_due ? chance(fault_kind::refuse) : of_names_;
     fate.error = drawn.one_of(errors);
     note(fault_kind::refuse,
          fmt::format("{} {}: {}", site.name, site.path, std::strerror(fate.error)));
     if (fate.error == EINTR) interrupt(site, fate);
-    if (!drawn.one_in(10)) return;
+    if (!is_due || !drawn.one_in(10)) return;
     stormy_call_ = site.name;
     stormy_error_ = fate.error;
     storm_until_ = of_.time.now() + static_cast<time_ns>(drawn.log_between(10e6, 10e9));

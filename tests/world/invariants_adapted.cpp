@@ -78,7 +78,7 @@ class adapted_invariant : public invariant {
         const double want = filter.first + filter.second * *m;
         newest_ = filter;
         // Zeros until the daemon has given the box its state.
-        if (resumed_ != filter && filter != std::pair{0.0, 0.0}) resumed_.reset();
+        if (resumed_ != filter && (is_active || filter != std::pair{0.0, 0.0})) resumed_.reset();
         // Two filters may come to the same bound.
         const double most_um = adapts_[0].at("bias_max_um");
         const bool at_bound = std::fabs(filter.first) >= most_um * (1 - 1e-6);

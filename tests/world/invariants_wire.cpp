@@ -272,12 +272,17 @@ class nodes_invariant : public invariant {
     }
 
   private:
-    // The controller has said that it is on the bus again, and the box lost no frame.
+    // The controller has said that it is on the bus again, and the box lost no frame. A frame from
+    // before an interface went down does not bring it up.
     void judge_state(const std::string &state) {
         const time_ns back_ns = std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns});
         if (state == "bus-off" && of_.can->lost == 0 && of_.time.now() - back_ns > most)
             violated(fmt::format("CAN is shown as off the bus, which ended {} ms ago",
                                  (of_.time.now() - back_ns) / ms));
+        const time_ns down_ns = of_.time.now() - std::max(start_ns_, of_.can->changed_ns);
+        if (state == "up" && of_.can->state() != can_bus::interface_state::up && down_ns > most)
+            violated(fmt::format("CAN is shown as up, and its interface is not for {} ms",
+                                 down_ns / ms));
     }
     static constexpr time_ns most = 4 * second;  // the box: its look at the interface, and a second
     time_ns start_ns_ = 0;

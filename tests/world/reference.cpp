@@ -425,6 +425,7 @@ void reference_box::adopt(reference_box &fresh, State &one, const State &was) co
 void reference_box::start(bool has_state) {
     knows_ = true;
     has_state_ = has_state;
+    watched_ns_ = 0;
     if (watch_) watch_->begin();
     for (auto &one : signals_) {
         if (one.known) one.at_ns = one.other_ns = one.before_ns = -never / 2;  // another daemon's
@@ -498,8 +499,10 @@ void reference_box::move(signal &of, double change, time_ns at, double doubt) co
         // beat the position is the same, unless a sensor lies.
         if (beats_ == 0) {
             if (change != 0) of.velocity_near += std::fabs(of.velocity) + 2 * std::fabs(by_clock);
-            // Where a beat is overdue, it may also be an axis that has stopped.
-            if (seconds_of(apart_ns) > 0.9 * scan_s_) of.velocity_near += std::fabs(of.velocity);
+            // Where a beat is overdue, it may also be an axis that has stopped. The box has to
+            // learn how long a beat takes.
+            if (seconds_of(apart_ns) > 0.9 * scan_s_ || watched_ns_ < 2 * second)
+                of.velocity_near += std::fabs(of.velocity);
             return;
         }
         const double by_beats = change / (static_cast<double>(beats_) * scan_s_);
@@ -520,7 +523,8 @@ void reference_box::read(const machine &of, const exchange &seen, time_ns sent) 
     beats_ = static_cast<std::uint16_t>(beat - std::exchange(beat_, beat));
     for (const fakeplc::shown_signal &shown : of.map.signals)
         accept(signals_[place_of(shown.name)], signal_in(of, shown, seen), sent);
-    before_ns_ = sent;
+    const time_ns apart_ns = sent - std::exchange(before_ns_, sent);
+    if (apart_ns < second) watched_ns_ += apart_ns;
     for (signal &one : signals_) one.at_reading = one.known ? one.value : unknown;
     watch_sensors(sent);
     follow();

@@ -210,6 +210,7 @@ class reference_box {
     double scan_s_ = 0;                   // … of its scans
     std::uint16_t beat_ = 0, beats_ = 0;  // of the newest reading, and since the one before
     time_ns before_ns_ = 0;               // the reading before
+    time_ns watched_ns_ = 0;              // readings in a row, in which the box counts beats
     bool knows_ = true, has_state_ = false;
 };
 

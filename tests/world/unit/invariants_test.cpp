@@ -123,10 +123,21 @@ const edge edges[] = {
      "preempt,delay,reset,exception,disk,reload,state,clock,stall,memory,wire,line,slow,reader", nullptr},
     // A cycle of the PLC takes longer than a period and its own length: no beat, and an axis that moves.
     {"reference", 830026, 2500, "disk", nullptr},
+    // A refused rename leaves a number of the records out.
+    {"record", 850136, 2500, "refuse", nullptr},
+    // A filter begins anew, and its first probe brings it to what it had in the run before.
+    {"adapted", 852010, 2500, "refuse,kill,power_cut,restart,disk,reload,state,reader,links", nullptr},
     // The line that says how the run before ended could not be written.
     {"state", 840097, 2500, "tear,reset,partial,power_cut,restart,reload,can,stray", nullptr},
     // A disk hangs until just before the end, and the ring of rows is full.
     {"account", 830117, 2500, "disk", nullptr},
+    // The bus is off when the daemon starts, and its first start commands are lost.
+    {"nodes", 853121, 2500, "power_cut,can", nullptr},
+    {"nodes", 854516, 2500, "restart,can", nullptr},
+    // The interface goes down behind the last cycle.
+    {"statistics", 854222, 2500, "restart,can", nullptr},
+    // Within its first second a box does not know how long a beat takes.
+    {"reference", 854282, 2500, "restart,can", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
