@@ -54,6 +54,7 @@ static void read_back(struct cb_cycle *cycle, const struct cb_box *box,
 /* FC3 of the write block in place of the reading. */
 static void read_back_alone(struct cb_cycle *cycle, const struct exchange *exchange) {
     read_held(cycle, exchange);
+    cycle->read = (enum cb_transfer)cycle->in.held;
     cycle->in.read_ok = false;
     cycle->turn = CB_TURN_DONE;
 }

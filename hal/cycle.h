@@ -26,7 +26,8 @@ struct cb_cycle {
     int64_t step_at_us;           /* now_us of the step … */
     uint32_t step_exchange_us;    /* … and two of its inputs, which the write */
     uint8_t step_last_write;      /* after the step has changed */
-    enum cb_transfer read, write; /* of this cycle; FAILED if there was nothing to write */
+    enum cb_transfer read, write; /* of this cycle, read: or of the read-back in its place; FAILED
+                                     if there was nothing to write */
     uint8_t turn;                 /* enum cb_turn; BESIDE when another box takes over */
 };
 

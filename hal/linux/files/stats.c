@@ -17,7 +17,7 @@ void cb_stats_add(struct cb_stats *stats, const struct cb_row *row) {
     add_change(stats, row);
     cb_histogram_add(&stats->jitter, row->late_ns);
     if (row->interval_ns > 0) cb_histogram_add(&stats->interval, row->interval_ns);
-    if (row->read != CB_TRANSFER_FAILED)
+    if (row->read != CB_TRANSFER_FAILED || row->write != CB_TRANSFER_FAILED)
         cb_histogram_add(&stats->exchange, row->exchange_us * 1000);
     cb_histogram_add(&stats->step, row->step_us * 1000);
     stats->rows++;
