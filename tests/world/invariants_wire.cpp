@@ -72,7 +72,8 @@ class account_invariant : public invariant {
     explicit account_invariant(run &of)
         : invariant(of, "account"), by_tcp_(of.box_machine.plc_device.empty()) {}
     void started() override {
-        sent_ = of_.box.tcp_sent;
+        sent_ = sent_at_tick_ = of_.box.tcp_sent;
+        asking_cycles_ = 0;
         ended_ = of_.box.tcp_ended;
         start_ns_ = of_.time.now();
         connections_ = of_.plc.connections_made();
@@ -92,9 +93,11 @@ class account_invariant : public invariant {
         if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
         const auto all = finished_statistics();
         if (by_tcp_ && !all.is_null()) judge_tcp(all.at("plc"), all.at("box"));
+        if (by_tcp_ && !all.is_null()) judge_times(all);
         if (by_tcp_) judge_connections();
     }
     void ticked() override {
+        asking_cycles_ += std::exchange(sent_at_tick_, of_.box.tcp_sent) != of_.box.tcp_sent;
         const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
         if (!by_tcp_ || of_.net.open > 0 || longest_lag(of_) != 0 || draws(of_, fault_kind::memory))
             return;
@@ -159,6 +162,15 @@ class account_invariant : public invariant {
         if (!reads_on) return;
         at_least("incomplete_replies", plc, stopped_ - std::min(stopped_, given_up));
     }
+    // Each cycle with a request has its time, be its reply in time or not.
+    void judge_times(const nlohmann::json &all) {
+        constexpr std::uint64_t few = 2;  // requests sent in part, or in the last cycle
+        const auto count = all.at("exchange_us").value("count", std::uint64_t{0});
+        const auto lost = all.value("rows_lost", std::uint64_t{0});
+        if (count + lost + few < asking_cycles_)
+            violated(fmt::format("exchange_us has {} cycles, and {} had a request", count,
+                                 asking_cycles_));
+    }
     void at_least(const char *counter, const nlohmann::json &of, std::uint64_t happened) {
         const auto counted = of.value(counter, std::uint64_t{0});
         if (counted < happened)
@@ -171,6 +183,7 @@ class account_invariant : public invariant {
     time_ns start_ns_ = 0;
     int connections_ = 0;  // before this daemon
     // Before this daemon.
+    std::uint64_t sent_at_tick_ = 0, asking_cycles_ = 0;
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;

@@ -2025,6 +2025,6 @@ DEFECTS_BY_OTHERS = [
      "exchange_us in statistics and snapshot counts only cycles whose reading succeeded: cycles that waited for "
      "the PLC until the deadline are missing, so max and p99 look well while requests time out",
      (OUTPUT + "stats.c",
-      "    if (row->read != CB_TRANSFER_FAILED)\n",
+      "    if (row->read != CB_TRANSFER_FAILED || row->write != CB_TRANSFER_FAILED)\n",
       "    if (row->read == CB_TRANSFER_OK)\n")),
 ]
