@@ -68,14 +68,25 @@ void add_companions(fault_set &kinds, dice &chance) {
         if (kinds.count(kind) > 0 && chance.one_in(3)) kinds.insert(other);
 }
 
-// Mostly one alone, now and then with an end of the daemon or another file, which shows what comes
+// One alone, with its companion at most: the rules are at their sharpest there, and each kind has
+// to come often.
+fault_set one_kind(dice &chance, const machine &of) {
+    std::vector<fault_kind> acting;
+    for (const fault_kind kind : every_kind())
+        if (can_act_on(of, kind)) acting.push_back(kind);
+    fault_set kinds = {chance.one_of(acting)};
+    add_companions(kinds, chance);
+    return kinds;
+}
+
+// Up to three, now and then with an end of the daemon or another file, which shows what comes
 // behind it. Half of them are rich ones.
 fault_set few_kinds(dice &chance, const machine &of) {
     static const std::vector<fault_kind> ends = {fault_kind::kill, fault_kind::power_cut,
                                                  fault_kind::restart, fault_kind::reload};
     const std::vector<fault_kind> rich = rich_kinds(of);
     fault_set kinds;
-    for (std::uint64_t i = 0, count = chance.one_in(2) ? 1 : 1 + chance.below(3); i < count; ++i) {
+    for (std::uint64_t i = 0, count = 1 + chance.below(3); i < count; ++i) {
         const auto any = static_cast<fault_kind>(chance.below(fault_kinds));
         kinds.insert(chance.one_in(2) || !can_act_on(of, any) ? chance.one_of(rich) : any);
     }
@@ -157,10 +168,11 @@ std::string text_of(const fault_set &kinds, const fault_limits &most) {
 fault_set swarm_of(std::uint64_t seed) {
     dice chance(seed, "swarm");
     const std::uint64_t drawn = chance.below(20);
-    if (drawn < 3) return {};
-    if (drawn == 3) return every_kind();
-    if (drawn < 10) return clear_kinds(chance, machine_of(seed));
-    if (drawn < 17) return few_kinds(chance, machine_of(seed));
+    if (drawn < 2) return {};
+    if (drawn < 10) return one_kind(chance, machine_of(seed));
+    if (drawn < 14) return clear_kinds(chance, machine_of(seed));
+    if (drawn < 18) return few_kinds(chance, machine_of(seed));
+    if (drawn == 18) return every_kind();
     const double share = chance.log_between(0.04, 0.6);
     fault_set kinds;
     for (const fault_kind kind : every_kind()) {

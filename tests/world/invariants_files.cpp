@@ -143,6 +143,9 @@ class stats_invariant : public invariant {
         const auto cycles = all.value("cycles", std::uint64_t{0});
         const auto rows = all.at("jitter_us").value("count", std::uint64_t{0});
         const auto lost = all.value("rows_lost", std::uint64_t{0});
+        if (all.value("records_lost", std::uint64_t{0}) < lost)
+            violated(fmt::format("records_lost is {}, rows_lost {}",
+                                 all.value("records_lost", std::uint64_t{0}), lost));
         double before_s = -1e12;
         for (const auto &change : all.at("history")) {
             const double time_s = change.value("time_s", 0.0);
@@ -471,6 +474,7 @@ class record_invariant : public invariant {
         if (!how.by_signal && text.back() != '\n') violated("the record ends with a part of a row");
         check(text, how.by_signal ? 1 : 0);
         check_kept();
+        if (!how.by_signal) check_compressed();
         if (!how.by_signal && draws(of_, fault_kind::clock) && longest_lag(of_) == 0)
             check_clock(text);
     }
@@ -542,6 +546,17 @@ class record_invariant : public invariant {
             violated(fmt::format("the records have {} lines, there were {}", rows, rows_));
         rows_ = rows;
     }
+    // Each of them is, before the next one is put aside.
+    void check_compressed() {
+        if (!of_.limits_records() || longest_lag(of_) != 0 ||
+            draws_any(of_, {fault_kind::kill, fault_kind::power_cut, fault_kind::restart,
+                            fault_kind::reload, fault_kind::hostile, fault_kind::partial}))
+            return;
+        for (int n = 2; n < most_records; ++n) {
+            const std::string one = fmt::format("{}.{}", run::record_path, n);
+            if (of_.box.files.has(one)) violated(one + " is not compressed");
+        }
+    }
     void check(const std::string &text, std::size_t cut) {
         std::size_t columns = 0, at = 0;
         double before_s = -1;
@@ -560,8 +575,9 @@ class record_invariant : public invariant {
                 violated(fmt::format("a row of the record has {} commas, not {}: {}", commas,
                                      columns, row));
             double time_s = 0;
-            if (at > 0 && std::sscanf(row.c_str(), "%lf", &time_s) != 1)
-                violated("a row of the record has no time: " + row);
+            const bool has_time = std::sscanf(row.c_str(), "%lf", &time_s) == 1;
+            if (has_time != (at > 0))
+                violated((has_time ? "the record has no header: " : "a row has no time: ") + row);
             if (at > 0 && time_s <= before_s)
                 violated(fmt::format("a row of {} s behind one of {} s", time_s, before_s));
             if (at > 0) before_s = time_s;
