@@ -72,8 +72,8 @@ class settled_file_invariant : public invariant {
         : invariant(of, "settled file"),
           judged_(draws(of, fault_kind::reload) && longest_lag(of) == 0 && !of.signer &&
                   !draws_any(of, {fault_kind::hostile, fault_kind::memory, fault_kind::clock,
-                                  fault_kind::disk, fault_kind::partial, fault_kind::reader,
-                                  fault_kind::boundary, fault_kind::power_cut})) {}
+                                  fault_kind::disk, fault_kind::reader, fault_kind::boundary,
+                                  fault_kind::power_cut})) {}
     void started() override { since_ns_ = of_.time.now(); }
     void ticked() override {
         if (!judged_ || of_.time.now() - looked_ns_ < second || !is_settled()) return;
