@@ -18,9 +18,14 @@ class reload_invariant : public invariant {
     explicit reload_invariant(run &of)
         : invariant(of, "reload"),
           judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
-    void started() override { mode_ = fakeplc::box_mode::standby; }
+    void started() override {
+        mode_ = fakeplc::box_mode::standby;
+        holds_zero_ = true;
+    }
     void exchanged(const exchange &seen) override {
-        if (seen.written.empty() || seen.sent < sent_ns_) return;
+        if (seen.written.empty()) return;
+        holds_zero_ = block_of(of_.author_of(seen), seen).is_zero();  // be it a late one
+        if (seen.sent < sent_ns_) return;
         mode_ = block_of(of_.author_of(seen), seen).mode;
         sent_ns_ = seen.sent;
     }
@@ -31,6 +36,8 @@ class reload_invariant : public invariant {
         const bool recent = 2 * (of_.time.now() - sent_ns_) < 3 * was.period_us * us;
         if (is_wider(is, was) && mode_ == fakeplc::box_mode::active && recent)
             violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
+        if (is_wider(is, was) && !holds_zero_)
+            violated(fmt::format("revision {} is wider, and the PLC holds an output", is.revision));
     }
     // Without a signal a file is read once it has not changed from one look to the next, a second
     // later.
@@ -60,6 +67,7 @@ class reload_invariant : public invariant {
   private:
     bool judged_;
     unsigned mode_ = 0;
+    bool holds_zero_ = true;  // by the write that acted last
     time_ns sent_ns_ = 0, quiet_ns_ = never;
 };
 
