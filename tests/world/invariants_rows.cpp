@@ -12,6 +12,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
@@ -69,6 +70,11 @@ class rows_invariant : public invariant {
         read_.clear();
         starts_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
         if (known_.empty()) known_ = blackbox_names();
+        waits_ = true;
+    }
+    void ticked() override {
+        if (std::exchange(waits_, false))
+            loops_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
     }
     void exchanged(const exchange &seen) override {
         const bool judged = calm_ && of_.keeps_record();
@@ -106,6 +112,8 @@ class rows_invariant : public invariant {
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;   // from a wake-up to its reading
     std::vector<double> starts_s_, ends_s_;  // of daemons
+    std::vector<double> loops_s_;            // the first tick of each
+    bool waits_ = false;                     // a daemon has begun, and its loop has not
     std::vector<std::string> known_;         // of the black box
 
     // Files by their number; the time of their rows goes on.
@@ -159,13 +167,13 @@ class rows_invariant : public invariant {
                 violated(fmt::format("{} is gone, the older {} is there", file, names.front()));
         known_ = names;
     }
-    // It begins where the one before it ends, or with its daemon: also where a file between them
+    // It begins where the one before it ends, or with its loop: also where a file between them
     // could not be written, be it the first one.
     void check_begin(const std::string &file, double before_s, double first_s) {
         if (before_s < 0 && file.compare(0, 6, "000001") != 0) return;  // older ones are gone
         double begin_s = before_s;
-        for (const double start_s : starts_s_)
-            if (start_s < first_s) begin_s = std::max(begin_s, start_s);
+        for (const double loop_s : loops_s_)
+            if (loop_s < first_s) begin_s = std::max(begin_s, loop_s);
         if (first_s < begin_s + 2 || loses_rows() ||
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::boundary}))
             return;
