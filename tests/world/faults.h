@@ -227,9 +227,9 @@ class fault_injector : public call_faults,
         series_of_losses_{fault_kind::loss, 600}, twice_{fault_kind::twice, 500},
         lost_ends_{fault_kind::reset, 1000}, exceptions_{fault_kind::exception, 500},
         torn_readings_{fault_kind::exception, 200}, strays_{fault_kind::stray, 300};
+    const bool weak_names_;  // calls on names fail often …
+    dice of_names_;          // … by these
     // Until then a call, a function or the disk refuses.
-    const bool weak_names_;
-    dice of_names_;
     std::string stormy_call_;
     int stormy_error_ = 0;
     time_ns storm_until_ = 0, refuses_until_ = 0;

@@ -24,9 +24,10 @@ class reload_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (seen.written.empty()) return;
-        holds_zero_ = block_of(of_.author_of(seen), seen).is_zero();  // be it a late one
+        const written_block &block = block_of(of_.author_of(seen), seen);
+        holds_zero_ = block.is_zero();  // be it a late one
         if (seen.sent < sent_ns_) return;
-        mode_ = block_of(of_.author_of(seen), seen).mode;
+        mode_ = block.mode;
         sent_ns_ = seen.sent;
     }
     void taken(const machine &was, const machine &is) override {
@@ -34,9 +35,10 @@ class reload_invariant : public invariant {
         if (is.revision < was.revision)
             violated(fmt::format("revision {} is taken behind {}", is.revision, was.revision));
         const bool recent = 2 * (of_.time.now() - sent_ns_) < 3 * was.period_us * us;
-        if (is_wider(is, was) && mode_ == fakeplc::box_mode::active && recent)
+        if (!is_wider(is, was)) return;
+        if (mode_ == fakeplc::box_mode::active && recent)
             violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
-        if (is_wider(is, was) && !holds_zero_)
+        if (!holds_zero_)
             violated(fmt::format("revision {} is wider, and the PLC holds an output", is.revision));
     }
     // Without a signal a file is read once it has not changed from one look to the next, a second

@@ -68,7 +68,7 @@ class rows_invariant : public invariant {
     void started() override {
         sent_.clear();
         read_.clear();
-        starts_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
+        start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
         if (known_.empty()) known_ = blackbox_names();
         waits_ = true;
     }
@@ -110,11 +110,11 @@ class rows_invariant : public invariant {
         std::vector<double> values;
     };
     static constexpr std::size_t most_remembered = 25000;
-    static constexpr double late_s = 5e-3;   // from a wake-up to its reading
-    std::vector<double> starts_s_, ends_s_;  // of daemons
-    std::vector<double> loops_s_;            // the first tick of each
-    bool waits_ = false;                     // a daemon has begun, and its loop has not
-    std::vector<std::string> known_;         // of the black box
+    static constexpr double late_s = 5e-3;  // from a wake-up to its reading
+    std::vector<double> loops_s_, ends_s_;  // the first tick of each daemon, and its end
+    double start_s_ = 0;                    // of this daemon …
+    bool waits_ = false;                    // … and its loop has not begun yet
+    std::vector<std::string> known_;        // of the black box
 
     // Files by their number; the time of their rows goes on.
     void check_blackbox() {
@@ -220,7 +220,7 @@ class rows_invariant : public invariant {
         const double period_s = 1e-6 * static_cast<double>(facts.period_us);
         while (rows.next()) {
             const double at_s = rows.number("unix_s");
-            if (at_s < starts_s_.back() - 1e-3) continue;
+            if (at_s < start_s_ - 1e-3) continue;
             while (first_sent < sent_.size() && sent_[first_sent].s < at_s - 2e-3) ++first_sent;
             while (first_read < read_.size() && read_[first_read].s < at_s - 2e-3) ++first_read;
             check_outputs(facts, rows, first_sent, at_s + 2.1 * period_s);
@@ -268,7 +268,7 @@ class rows_invariant : public invariant {
                                 entry.at("tau_s")});
         row_reader rows(text);
         while (rows.next()) {
-            if (rows.number("unix_s") < starts_s_.back() - 1e-3) continue;
+            if (rows.number("unix_s") < start_s_ - 1e-3) continue;
             const double now_s = rows.number("time_s");
             for (lag &one : lags) {
                 const bool was_missing = one.is_missing;

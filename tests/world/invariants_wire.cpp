@@ -92,9 +92,12 @@ class account_invariant : public invariant {
     void ended(const ending &how) override {
         if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
         const auto all = finished_statistics();
-        if (by_tcp_ && !all.is_null()) judge_tcp(all.at("plc"), all.at("box"));
-        if (by_tcp_ && !all.is_null()) judge_times(all);
-        if (by_tcp_) judge_connections();
+        if (!by_tcp_) return;
+        if (!all.is_null()) {
+            judge_tcp(all.at("plc"), all.at("box"));
+            judge_times(all);
+        }
+        judge_connections();
     }
     void ticked() override {
         asking_cycles_ += std::exchange(sent_at_tick_, of_.box.tcp_sent) != of_.box.tcp_sent;
@@ -182,8 +185,9 @@ class account_invariant : public invariant {
     bool by_tcp_;
     time_ns start_ns_ = 0;
     int connections_ = 0;  // before this daemon
-    // Before this daemon.
+    // Requests at the newest tick, and cycles of this daemon that had one.
     std::uint64_t sent_at_tick_ = 0, asking_cycles_ = 0;
+    // Before this daemon.
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;
