@@ -405,14 +405,16 @@ class probes_invariant : public invariant {
         if (now.asks != !taken)
             violated(fmt::format("the box {} another probe behind one that was {}taken",
                                  now.asks ? "asks for" : "does not ask for", taken ? "" : "not "));
-        if (taken) return judge_step(now, may_take, beyond, root_s, m);
+        if (taken) return judge_step(now, may_take, beyond, m);
         if (pending_.size() < 2) pending_.push_back(e);
         pending_h_ = 0;
     }
 
     void judge_step(const filter_state &now, const std::vector<double> &may_take, bool beyond,
-                    double root_s, double m) {
-        const double bias_by = now.b - was_.b, gain_by = now.g - was_.g, s = root_s * root_s;
+                    double m) {
+        const double bias_by = now.b - was_.b, gain_by = now.g - was_.g;
+        // That of this m: P loses nearly all of it, and what remains is smaller than m is known.
+        const double s = with_->sigma * with_->sigma + p_.along(m);
         const double way = bias_by + gain_by * m;
         const double m_near = std::isnan(m) ? 0 : newest_.m.near;
         if (!std::isnan(m) && std::fabs(way) > with_->step_max * (1 + 1e-4) +

@@ -474,9 +474,7 @@ DEFECTS_BY_OTHERS = [
      "After a failed write the record is cut, but the file position stays behind the cut, so the next rows "
      "follow a gap of zero bytes.",
      (OUTPUT + "record.c",
-      "    if (ftruncate(record->fd, record->whole_size) == 0)\n"
-      "        lseek(record->fd, record->whole_size, SEEK_SET);\n",
-      "    if (ftruncate(record->fd, record->whole_size) != 0) note_failure(record, errno);\n")),
+      "lseek(record->fd, record->whole_size, SEEK_SET) < 0;", "lseek(record->fd, 0, SEEK_CUR) < 0;")),
     ("other-hold-ignores-withdrawal",
      "In HOLD a withdrawn enable is not noticed: the outputs stay until the hold time is over.",
      (BOX + "mode.c",
@@ -1093,9 +1091,8 @@ DEFECTS_BY_OTHERS = [
      "After the torn part of a row is cut off, the place to write is not set back: once the disk has room "
      "again the record continues behind a hole of NUL bytes",
      (OUTPUT + "record.c",
-      "    if (ftruncate(record->fd, record->whole_size) == 0)\n"
-      "        lseek(record->fd, record->whole_size, SEEK_SET);",
-      "    if (ftruncate(record->fd, record->whole_size) != 0) record->last_error = errno;")),
+      "lseek(record->fd, record->whole_size, SEEK_SET) < 0;",
+      "lseek(record->fd, record->whole_size, SEEK_CUR) < 0;")),
     ("other-events-not-counted",
      "The bytes of a written event are not added to the size of the file: it is never rotated, and a full "
      "disk cuts it back to its size at the start, so the events since then are lost",

@@ -17,20 +17,23 @@ static void note_failure(struct cb_record *record, int error) {
     record->failures++;
 }
 
-/* Removes the part of a line that was written before an error. */
-static void cut_to_whole_lines(struct cb_record *record) {
-    if (ftruncate(record->fd, record->whole_size) == 0)
-        lseek(record->fd, record->whole_size, SEEK_SET);
+/* Removes the part of a line that was written before an error. out: false: it is still there */
+static bool cut_torn(struct cb_record *record) {
+    if (record->is_torn)
+        record->is_torn = ftruncate(record->fd, record->whole_size) != 0 ||
+                          lseek(record->fd, record->whole_size, SEEK_SET) < 0;
+    return !record->is_torn;
 }
 
-/* out: whether all is in the file; else nothing of it */
+/* out: whether all is in the file; else nothing of it, but for what cut_torn() has yet to remove */
 static bool append(struct cb_record *record, const char *text, size_t bytes) {
-    if (cb_output_write(record->fd, text, bytes) == bytes) {
+    if (cut_torn(record) && cb_output_write(record->fd, text, bytes) == bytes) {
         record->whole_size += (int64_t)bytes;
         return true;
     }
     note_failure(record, errno);
-    cut_to_whole_lines(record);
+    record->is_torn = !record->is_stream;
+    cut_torn(record);
     return false;
 }
 
@@ -88,6 +91,7 @@ static bool goes_on(struct cb_record *record, int64_t bytes) {
 
 /* Closes the file, on the disk, and renames it to PATH.1. out: 0, or errno */
 static int put_aside(struct cb_record *record) {
+    cut_torn(record);
     const int error = cb_output_close(record->fd, 0, true);
     if (error != 0) note_failure(record, error);
     record->fd = -1;
@@ -120,6 +124,7 @@ static int write_header(struct cb_record *record) {
 /* Opens the file and writes the header of a new one. out: 0, or errno */
 static int begin(struct cb_record *record) {
     record->whole_size = 0;
+    record->is_torn = false;
     int error = open_file(record);
     if (error == 0 && record->whole_size == 0) error = write_header(record);
     if (error == 0) return 0;
@@ -162,13 +167,14 @@ int cb_record_start(struct cb_record *record, const char *path, int64_t most_byt
 
 int cb_record_follow(struct cb_record *record, const struct cb_config *config) {
     char header[CB_ROW_TEXT];
-    if (record->fd < 0) return 0;
+    if (record->path == NULL) return 0;
     cb_record_flush(record);
     const size_t bytes = cb_row_header(header, config);
     if (bytes == record->header_used && memcmp(header, record->header, bytes) == 0) return 0;
     memcpy(record->header, header, bytes);
     record->header_used = bytes;
     record->values = cb_row_count(config);
+    if (record->fd < 0) return 0; /* the next file begins with them */
     if (record->is_stream) return write_header(record);
     return another_file(record);
 }
@@ -233,6 +239,7 @@ int cb_record_finish(struct cb_record *record) {
     cb_archive_finish(&record->archive);
     if (record->fd < 0) return record->error;
     cb_record_flush(record);
+    cut_torn(record);
     record->error = cb_output_close(record->fd, record->error, false);
     record->fd = -1;
     return record->error;

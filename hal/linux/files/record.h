@@ -39,7 +39,8 @@ struct cb_record {
     int64_t retry_us;       /* without a file: when it is tried again */
     uint32_t waiting;       /* rows in the buffer */
     size_t used;            /* bytes in the buffer */
-    int64_t whole_size;     /* bytes of whole lines in the file */
+    int64_t whole_size;     /* bytes of whole lines in the file … */
+    bool is_torn;           /* … behind which a part of one is yet to be cut off */
     size_t header_used;     /* bytes in … */
     unsigned values;        /* of a row */
     char header[CB_ROW_TEXT];

@@ -142,6 +142,10 @@ const edge edges[] = {
     {"account", 862149, 2500, "plc_stop,slow,mute", nullptr},
     // A disk hangs while the daemon starts, and the loop begins ten seconds later.
     {"rows", 897396, 2500, "restart,disk,sensors", nullptr},
+    // A full disk tears a row, and the call that cuts it off is refused.
+    {"record", 896343, 2500, "all", nullptr},
+    // A probe at a model of 92 um leaves a variance of 0.03 um^2 there of 172.
+    {"probes", 897346, 2500, "clock", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.

@@ -389,6 +389,31 @@ TEST(record, rows_behind_a_file_that_cannot_follow_are_lost) {
     EXPECT_EQ(f.record->lost, 4u);
 }
 
+// A reload comes while the disk is away.
+TEST(record, a_file_that_is_begun_late_has_the_columns_of_its_rows) {
+    files f;
+    const std::string folder = f.path + "-folder";
+    std::filesystem::create_directory(folder);
+    f.path = folder + "/record.csv";
+    f.most_bytes = 800;
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 3; ++i) f.add(i * second);
+    std::filesystem::remove_all(folder);
+    cb_record_flush(f.record.get());
+    ASSERT_LT(f.record->fd, 0);
+    f.config->channels_count = 2;
+    std::strcpy(f.config->channels[1].name, "Y");
+    EXPECT_EQ(cb_record_follow(f.record.get(), f.config.get()), 0);
+    std::filesystem::create_directory(folder);
+    for (const int64_t now_us : {1 * second, 11 * second}) cb_record_work(f.record.get(), now_us);
+    f.add(12 * second);
+    cb_record_finish(f.record.get());
+    const std::vector<std::string> lines = f.lines();
+    ASSERT_EQ(lines.size(), 2u);
+    EXPECT_EQ(lines[0], "time_s,X,T1,EZX,comp_Z_um,comp_Y_um,mode,reason,unix_s");
+    EXPECT_EQ(std::count(lines[1].begin(), lines[1].end(), ','), 8);
+}
+
 TEST(record, a_folder_that_is_not_there_is_reported) {
     files f;
     EXPECT_EQ(cb_record_start(f.record.get(), "/nowhere/at/all.csv", 0, f.config.get()), ENOENT);
