@@ -206,7 +206,9 @@ class probes_invariant : public invariant {
     }
     void sampled(const std::string &signal, double value) override {
         const bool arrives = signal[0] == 'H' ? hears_measurements(of_) : samples_arrive_;
-        if (box_ && arrives) box_->sample(signal, value, of_.time.now());
+        if (!box_ || !arrives) return;
+        box_->sample(signal, value, of_.time.now());
+        if (of_.time.now() - newest_.at < second / 2) widen(newest_);
     }
     void exchanged(const exchange &seen) override {
         if (!box_) return;
@@ -245,6 +247,7 @@ class probes_invariant : public invariant {
     struct probe {
         time_ns at = 0;
         judged_number m = {std::nan(""), 0};  // NaN: not known
+        judged_number others = {0, 0};        // of the channel's sum
         std::optional<judged_number> um;      // what the term has to explain; none: not known
         bool is_number = false;               // the value is plausible
         bool may_lack = false;                // an input may have been missing …
@@ -262,16 +265,29 @@ class probes_invariant : public invariant {
         one.is_number = value.has_value();
         one.may_lack = box_->may_lack_input(seen.sent);
         one.lacks = box_->lack_input(needs_, seen.sent);
-        const judged_number others = box_->judged(others_);
-        if (value && !channel.tangent && !std::isnan(others.value)) {
+        one.others = box_->judged(others_);
+        if (value && !channel.tangent && !std::isnan(one.others.value)) {
             const judged_number own_um = own_part(facts, seen);
             if (std::isfinite(own_um.value))
-                one.um =
-                    judged_number{*value - own_um.value - others.value,
-                                  others.near + own_um.near + 1e-5 * (std::fabs(own_um.value) + 1)};
+                one.um = judged_number{
+                    *value - own_um.value - one.others.value,
+                    one.others.near + own_um.near + 1e-5 * (std::fabs(own_um.value) + 1)};
         }
         ++probes_;
         newest_ = one;
+    }
+
+    // A sample behind the reading may be in the step that takes the probe.
+    void widen(probe &one) {
+        box_->look(one.at);
+        const auto grown = [](judged_number by, judged_number now) {
+            return std::fabs(now.value - by.value) + now.near;
+        };
+        const judged_number m = box_->judged({term_.at("of")}), others = box_->judged(others_);
+        if (std::isnan(m.value)) one.m = m;
+        one.m.near = std::max(one.m.near, grown(one.m, m));
+        if (std::isnan(others.value)) one.um.reset();
+        if (one.um) one.um->near += grown(one.others, others);
     }
 
     // out: the part of a measurement that is the box's own output, µm: what the PLC applies, or

@@ -705,12 +705,13 @@ class events_invariant : public invariant {
         if (requested_.count(revision.dump()) > 0) return;
         violated("nobody requested this by a signal: " + event.value("text", ""));
     }
-    // A line of some seconds ago is on the disk.
+    // A line of some seconds ago is on the disk, perhaps under another name.
     void judge_durable() {
-        const auto file = of_.box.files.find(run::events_path, false);
-        const std::size_t bytes = file == nullptr ? 0 : file->bytes.size();
-        if (whole_.size() > durable_s && bytes < whole_.front().second && !is_rotated() &&
-            longest_lag(of_) == 0 &&
+        const std::shared_ptr<const node> file = of_.box.files.find(run::events_path, false),
+                                          before = put_aside();
+        const std::size_t bytes = std::max(file == nullptr ? 0 : file->bytes.size(),
+                                           before == nullptr ? 0 : before->bytes.size());
+        if (whole_.size() > durable_s && bytes < whole_.front().second && longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
                              fault_kind::partial}))
             violated(fmt::format("{} bytes of events are left of {} of {} ms before", bytes,

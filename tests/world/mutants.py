@@ -624,6 +624,8 @@ SECOND_LOOK = [
      (OUTPUT + "state.c", "    if (header->synchronised != 1) return PAUSE_UNSYNC_THEN;\n", "")),
     ("last-row-lost", "The final statistics are those of before a disk hung, and the ring was full",
      (LINUX + "daemon/main.c", "    if (!daemon->loop.is_beside) return;", "    return;")),
+    ("events-put-aside-in-memory", "A power cut behind the rename of the events loses their last lines",
+     (OUTPUT + "events.c", "cb_output_close(events->fd, 0, true)", "cb_output_close(events->fd, 0, false)")),
     ("record-hole", "Behind a failed write the record has a hole",
      (OUTPUT + "record.c", "ftruncate(record->fd, record->whole_size) != 0 ||\n"
       "                          lseek(record->fd, record->whole_size, SEEK_SET) < 0;",

@@ -24,11 +24,11 @@ int cb_events_start(struct cb_events *events, const char *path) {
     return path == NULL ? 0 : open_file(events);
 }
 
-/* Keeps the full file as PATH.1, and begins another. */
+/* Keeps the full file as PATH.1, on the disk, and begins another. */
 static int rotate(struct cb_events *events) {
-    close(events->fd);
+    int error = cb_output_close(events->fd, 0, true);
     events->fd = -1;
-    const int error = cb_rotate(events->path, CB_EVENTS_FILES - 1, true);
+    if (error == 0) error = cb_rotate(events->path, CB_EVENTS_FILES - 1, true);
     return error != 0 ? error : open_file(events);
 }
 
@@ -106,8 +106,8 @@ void cb_events_add(struct cb_events *events, const char *kind, const char *text,
 
 void cb_events_sync(struct cb_events *events, int64_t now_us) {
     if (events->sync_us == 0 || now_us - events->sync_us < CB_EVENTS_SYNC_US) return;
+    if (events->fd < 0) return; /* the next line opens the file again */
     events->sync_us = 0;
-    if (events->fd < 0) return;
     if (fsync(events->fd) != 0) events->error = errno;
     if (events->is_new) cb_output_sync_folder(events->path);
     events->is_new = false;

@@ -146,6 +146,10 @@ const edge edges[] = {
     {"record", 896343, 2500, "all", nullptr},
     // A probe at a model of 92 um leaves a variance of 0.03 um^2 there of 172.
     {"probes", 897346, 2500, "clock", nullptr},
+    // The file of events takes another name less than a second before a power cut.
+    {"events", 912251, 1500, "power_cut,restart,enable", nullptr},
+    // A thermometer's sample comes behind the reading of a probe, and before its step.
+    {"probes", 912348, 1500, "power_cut,restart,enable", nullptr},
     // A bus that is off does not go off again.
     {"nodes", 4005, 2500, "can", nullptr},
     // A lag is missing for as long as its source.
