@@ -133,10 +133,10 @@ static void narrow(struct cb_adapt *state, const struct outlook *at, float r) {
     state->gain_d = bounded_variance(state->gain_d * (first / all), MOST_GAIN_VARIANCE);
 }
 
-/* Adds the last innovation to the sums. They end at twice the alarm, so that it ends too. */
-static void sum_up(struct cb_adapt *state) {
+/* Adds a taken innovation to the sums. They end at twice the alarm, so that it ends too. */
+static void sum_up(struct cb_adapt *state, float innovation_um) {
     const float most = 2.0f * CB_ADAPT_DRIFTED, slack = 0.5f;
-    const float x = cb_clamp(state->innovation_um / state->expected_um, -3.0f, 3.0f);
+    const float x = cb_clamp(innovation_um / state->expected_um, -3.0f, 3.0f);
     state->above = cb_clamp(state->above + x - slack, 0.0f, most);
     state->below = cb_clamp(state->below - x - slack, 0.0f, most);
 }
@@ -146,7 +146,7 @@ static void sum_up(struct cb_adapt *state) {
  * out: b, g, P; the movement of b + (1 + g) m, at most step_max_um */
 static float take(const struct cb_adapt_settings *settings, struct cb_adapt *state,
                   float innovation_um, float m) {
-    sum_up(state);
+    sum_up(state, innovation_um);
     const struct outlook at = look(state, m);
     const float noise = settings->sigma_um * settings->sigma_um;
     const float share = innovation_um / (noise + at.s);

@@ -221,6 +221,7 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old) {
     fresh->mode = old->mode;
     fresh->counters = old->counters;
     fresh->plc = old->plc;
+    if (!fresh->config.plc.has_handshake) fresh->plc.nc_alarm = false;
     fresh->life = old->life;
     adopt_signals(fresh, old);
     adopt_banks(fresh, old);

@@ -277,8 +277,13 @@ static void acquire(struct cb_box *box, const struct cb_inputs *in, uint32_t lea
 
 /* The outputs are those of the last step, which the PLC has. */
 static void take_probes(struct cb_box *box) {
-    const struct cb_probe_outputs outputs = {box->outputs, box->channels, &box->sigma,
-                                             box->plc.contact == CB_CONTACT_KNOWN};
+    const struct cb_probe_outputs outputs = {
+        .terms = box->outputs,
+        .channels = box->channels,
+        .sigma = &box->sigma,
+        .applied = box->applied.channels,
+        .known = box->plc.contact == CB_CONTACT_KNOWN,
+        .reported = cb_plc_readable(&box->config, &box->plc, box->life.now_us)};
     cb_probes_step(&box->config, box->signals, &outputs, box->terms, box->probes, &box->counters,
                    box->life.now_us);
 }

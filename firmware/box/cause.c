@@ -14,6 +14,9 @@ static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
                             [CB_CAUSE_ABOVE] = signal->max,
                             [CB_CAUSE_FAST] = signal->rate_per_s,
                             [CB_CAUSE_NO_NUMBER] = 0.0f};
+    if (state->doubted)
+        return (struct cb_cause){CB_CAUSE_DOUBTED, index, state->value,
+                                 cb_sensors_expected(&box->config, &box->sensors, index)};
     if (state->refusal != CB_CAUSE_NONE)
         return (struct cb_cause){state->refusal, index, state->refused, bounds[state->refusal]};
     const float age_ms = cb_seconds(box->life.now_us - state->time_us) * 1000.0f;
@@ -21,39 +24,49 @@ static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
     return (struct cb_cause){kind, index, state->known ? age_ms : 0.0f, (float)signal->max_age_ms};
 }
 
+/* out: index; of a lag that of the signal behind it */
+static uint8_t source_of(const struct cb_box *box, uint8_t index) {
+    for (unsigned deep = 0; deep < box->config.lags_count; ++deep) {
+        if (box->config.signals[index].source != CB_SOURCE_LAG) break;
+        index = box->config.signals[index].lag_of % CB_MAX_SIGNALS;
+    }
+    return index;
+}
+
 /* out: the first essential signal that is not fresh; of a lag the signal behind it */
 static struct cb_cause of_essentials(const struct cb_box *box) {
     for (unsigned i = 0; i < box->config.signals_count; ++i) {
         const struct cb_signal_config *signal = &box->config.signals[i];
         if (!signal->essential || box->signals[i].fresh) continue;
-        uint8_t index = (uint8_t)i;
-        for (unsigned deep = 0; deep < box->config.lags_count; ++deep) {
-            if (box->config.signals[index].source != CB_SOURCE_LAG) break;
-            index = box->config.signals[index].lag_of % CB_MAX_SIGNALS;
-        }
-        return of_signal(box, index);
+        return of_signal(box, source_of(box, (uint8_t)i));
     }
     return NO_CAUSE;
 }
 
-/* out: the first signal that the other sensors contradict, if there is one */
-static struct cb_cause of_sensors(const struct cb_box *box) {
-    for (unsigned i = 0; i < box->config.signals_count; ++i) {
-        const struct cb_signal_state *state = &box->signals[i];
-        if (!state->doubted) continue;
-        const float expected = cb_sensors_expected(&box->config, &box->sensors, (uint8_t)i);
-        return (struct cb_cause){CB_CAUSE_DOUBTED, (uint8_t)i, state->value, expected};
+/* out: the first signal of a term, itself or behind a lag, that the other sensors contradict;
+ *      CB_NONE: there is none */
+static uint8_t doubted_of(const struct cb_box *box, const struct cb_term_config *term) {
+    unsigned count;
+    const uint8_t *signals = cb_term_signals(&box->config, term, &count);
+    for (unsigned k = 0; k < count; ++k) {
+        if (signals[k] == CB_NONE) continue;
+        const uint8_t index = source_of(box, signals[k]);
+        if (box->signals[index].doubted) return index;
     }
-    return NO_CAUSE;
+    return CB_NONE;
 }
 
-/* out: a doubted sensor behind the faded terms; else the first faded term */
+/* out: the first doubted sensor of a faded term; else the first faded term */
 static struct cb_cause of_terms(const struct cb_box *box) {
-    if (box->sensors.doubted != 0) return of_sensors(box);
+    struct cb_cause first = NO_CAUSE;
     for (unsigned i = 0; i < box->config.terms_count; ++i) {
-        if (!box->terms[i].live) return (struct cb_cause){CB_CAUSE_FADED, (uint8_t)i, 0.0f, 0.0f};
+        if (box->terms[i].live) continue;
+        const uint8_t doubted = doubted_of(box, &box->config.terms[i]);
+        if (doubted != CB_NONE) return of_signal(box, doubted);
+        if (first.kind == CB_CAUSE_NONE)
+            first = (struct cb_cause){CB_CAUSE_FADED, (uint8_t)i, 0.0f, 0.0f};
     }
-    return NO_CAUSE;
+    return first;
 }
 
 static struct cb_cause of_probes(const struct cb_box *box) {

@@ -30,7 +30,8 @@ void cb_plc_written(const struct cb_config *config, struct cb_plc_state *state,
                     struct cb_counters *counters, enum cb_transfer result, uint32_t elapsed_us,
                     int64_t now_us) {
     count_write(counters, result);
-    if (state->refusing) state->refused_us = cb_add_us(state->refused_us, elapsed_us);
+    const bool answers = result == CB_TRANSFER_REFUSED || cb_plc_readable(config, state, now_us);
+    if (state->refusing && answers) state->refused_us = cb_add_us(state->refused_us, elapsed_us);
     if (result == CB_TRANSFER_REFUSED) {
         state->refusing = true;
         /* without any confirmation before, the PLC is not busy: it does not accept such writes */

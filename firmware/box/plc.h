@@ -51,7 +51,8 @@ struct cb_plc_state {
     int64_t read_us;         /* time of the request of the last good reading */
     int64_t heartbeat_us;    /* time of the reading in which the PLC's heartbeat last changed */
     uint32_t unconfirmed_us; /* time since the last confirmed write */
-    uint32_t refused_us;     /* time since the first of successive refused writes */
+    uint32_t refused_us;     /* time since the first of successive refused writes in which the PLC
+                                answered */
     uint16_t control;        /* control word of the last good reading */
     uint16_t plc_heartbeat;  /* … and its heartbeat */
     uint16_t handshake;      /* … and its handshake with the NC */

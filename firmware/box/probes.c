@@ -93,14 +93,19 @@ static struct comparison without_others(const struct cb_config *config,
     return rest;
 }
 
-/* out: value_um less the displacement that the PLC applies; good if it is known within sigma_um */
-static struct comparison without_output(const struct cb_channel_config *channel,
-                                        const struct cb_channel_state *state, bool known,
-                                        float sigma_um, float value_um) {
+/* in : a measurement of the channel with that index
+ * out: value_um less the displacement that the PLC applies; good if it is known within sigma_um */
+static struct comparison without_output(const struct cb_config *config, unsigned index,
+                                        const struct cb_probe_outputs *outputs, float sigma_um,
+                                        float value_um) {
+    const struct cb_channel_config *channel = &config->channels[index];
+    const struct cb_channel_state *state = &outputs->channels[index];
     if (channel->has_applied && !channel->tangent)
-        return (struct comparison){value_um - state->applied_um, true};
-    const float apart_um = state->possible_max_um - state->possible_min_um;
-    return (struct comparison){value_um - state->output_um, known && apart_um <= sigma_um};
+        return (struct comparison){value_um - state->applied_um,
+                                   outputs->reported && outputs->applied[index].beyond == 0};
+    const float um = state->output_um;
+    const float off_um = cb_max(state->possible_max_um - um, um - state->possible_min_um);
+    return (struct comparison){value_um - um, outputs->known && off_um <= sigma_um};
 }
 
 /* in : a measurement of the term `adapt`, whose output is `own`
@@ -115,14 +120,13 @@ static struct comparison compare(const struct cb_config *config,
     all.good = all.good && states[config->output_terms[adapt->output]].live;
     const uint8_t index = cb_adapt_channel(adapt);
     if (index == CB_NONE || !all.good) return all;
-    const struct cb_channel_config *channel = &config->channels[index];
-    const struct cb_channel_state *state = &outputs->channels[index];
     const struct comparison own_error =
         cb_adapt_is_whole(adapt)
             ? all
-            : without_output(channel, state, outputs->known, adapt->settings.sigma_um, all.um);
+            : without_output(config, index, outputs, adapt->settings.sigma_um, all.um);
     if (!own_error.good) return own_error;
-    return without_others(config, channel, own, outputs->terms, states, own_error.um);
+    return without_others(config, &config->channels[index], own, outputs->terms, states,
+                          own_error.um);
 }
 
 /* Counts what became of a measurement. */

@@ -8,8 +8,8 @@
  *
  * because errors are tool relative to workpiece and an output is the displacement of the tool. So
  * limits, RAMP and STANDBY need no special case. The output is the applied value, where the PLC
- * returns it, else the one that the PLC certainly holds. A term with "measures": "whole" leaves the
- * output out. */
+ * returns it and it is plausible, else the one that the PLC certainly holds. A term with
+ * "measures": "whole" leaves the output out. */
 #ifndef COMPBOX_FIRMWARE_BOX_PROBES_H
 #define COMPBOX_FIRMWARE_BOX_PROBES_H
 
@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "firmware/base/counters.h"
+#include "firmware/box/applied.h"
 #include "firmware/box/limiter.h"
 #include "firmware/signals/signals.h"
 #include "firmware/terms/sigma.h"
@@ -44,10 +45,12 @@ void cb_probes_start(struct cb_probe_state *probes);
 
 /* What a box knows of its outputs at a probe. */
 struct cb_probe_outputs {
-    const float *terms;                      /* of this step */
-    const struct cb_channel_state *channels; /* with the last outputs, before they move */
-    const struct cb_sigma_state *sigma;      /* of this step */
-    bool known; /* the PLC has the last outputs (limiter.h: between possible_min and _max) */
+    const float *terms;                       /* of this step */
+    const struct cb_channel_state *channels;  /* with the last outputs, before they move */
+    const struct cb_sigma_state *sigma;       /* of this step */
+    const struct cb_applied_channel *applied; /* what the PLC reports of them */
+    bool known;    /* the PLC has the last outputs (limiter.h: between possible_min and _max) */
+    bool reported; /* its readings are recent */
 };
 
 /* Call once in each step, after the terms and before the outputs move. A new count is one

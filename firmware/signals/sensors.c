@@ -2,6 +2,7 @@
 #include "firmware/signals/sensors.h"
 
 #include "firmware/base/assert.h"
+#include "firmware/base/duration.h"
 #include "firmware/config/config.h"
 #include "models/num.h"
 
@@ -40,25 +41,31 @@ static void predict(struct cb_sensors_state *state, const struct comparison *at,
                                   at->limits->min - at->center, at->limits->max - at->center);
 }
 
-/* Adds the time of a pass, or starts it again. One pass counts for half of after_us at most, so a
- * single reading decides nothing. */
-static void count_time(const struct cb_config *config, struct cb_sensors_state *state, unsigned j,
-                       bool holds) {
-    const uint32_t most = config->sensors.after_us / 2u;
-    if (!holds) state->us[j] = 0;
-    if (holds) state->us[j] += state->elapsed_us < most ? state->elapsed_us : most;
+/* out: time for which this pass counts: half of after_us at most, so that a single reading decides
+ *      nothing */
+static uint32_t time_of(const struct cb_config *config, const struct cb_sensors_state *state) {
+    const uint32_t most_us = config->sensors.after_us / 2u;
+    return state->elapsed_us < most_us ? state->elapsed_us : most_us;
 }
 
 /* A doubted sensor that agrees with the others for long enough, within half of the threshold, is
- * trusted again. */
+ * trusted again. A pass outside of that takes back as much as CB_SENSORS_TRUST inside have given,
+ * because noise leaves it now and then; one beyond the threshold takes all. */
 static void try_to_trust(const struct cb_config *config, struct cb_sensors_state *state,
                          const struct comparison *at, bool recent) {
     const float gap = at->signal->value - at->center - state->away[at->j];
-    const bool agrees = recent && gap * gap * at->own < 0.25f * config->sensors.threshold_square;
-    count_time(config, state, at->j, agrees);
-    if (state->us[at->j] / CB_SENSORS_TRUST < config->sensors.after_us) return;
-    state->doubted &= ~(1u << at->j);
-    state->us[at->j] = 0;
+    const float square = gap * gap * at->own, most = config->sensors.threshold_square;
+    const uint32_t pass_us = time_of(config, state);
+    uint32_t agreed_us = state->us[at->j];
+    if (recent && square < 0.25f * most)
+        agreed_us += pass_us / CB_SENSORS_TRUST;
+    else if (recent && square < most && agreed_us > pass_us)
+        agreed_us -= pass_us;
+    else
+        agreed_us = 0;
+    const bool trusted = agreed_us >= config->sensors.after_us;
+    if (trusted) state->doubted &= ~(1u << at->j);
+    state->us[at->j] = trusted ? 0 : agreed_us;
 }
 
 /* Takes the readings of all sensors, so that one pass compares values of one moment. What a sensor
@@ -106,7 +113,9 @@ static void compare(const struct cb_config *config, const struct cb_signal_state
     if (is_doubted(state, j))
         try_to_trust(config, state, &at, cb_signal_is_recent(at.limits, at.signal, now_us));
     else
-        count_time(config, state, j, square > config->sensors.threshold_square);
+        state->us[j] = square > config->sensors.threshold_square
+                           ? cb_add_us(state->us[j], time_of(config, state))
+                           : 0;
 }
 
 /* Doubts the sensor with the largest residual, if it has disagreed for long enough. Then the others

@@ -32,7 +32,8 @@ enum {
 struct cb_sensors_state {
     float away[CB_MAX_SENSORS];  /* reading less center; of a doubted or stale one the others'
                                     prediction */
-    uint32_t us[CB_MAX_SENSORS]; /* time of disagreement; of a doubted one of agreement */
+    uint32_t us[CB_MAX_SENSORS]; /* time of disagreement; of a doubted one of agreement, divided by
+                                    CB_SENSORS_TRUST */
     int64_t pass_us;             /* start of this pass over all sensors; 0: none */
     uint32_t elapsed_us;         /* from the start of the pass before to that of this one; 0:
                                     this one judges nobody */

@@ -239,6 +239,7 @@ bool cb_signals_age(const struct cb_config *config, struct cb_signal_state *stat
         struct cb_signal_state *state = &states[*index];
         if (age(&ageing, signal, state)) continue;
         cb_signal_goes_stale(state, counters);
+        state->streak = 0; /* its lags are as old */
         essentials_fresh = essentials_fresh && !signal->essential;
     }
     return cb_lags_follow(config, states, counters, reading->since_us) && essentials_fresh;

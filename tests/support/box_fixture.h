@@ -169,6 +169,7 @@ struct box_rig {
     cb_outputs out{};
     int64_t now_us = 1000000;
     uint16_t heartbeat = 0;
+    int64_t reading_us = 0;  // from the time of a reading to its step
     bool reading = true, beating = true;
     cb_transfer write = CB_TRANSFER_OK;
 
@@ -204,7 +205,7 @@ struct box_rig {
         in.read_ok = reading;
         if (reading && box->plc.contact == CB_CONTACT_NONE && in.held == CB_TRANSFER_NONE)
             in.held = CB_TRANSFER_OK;
-        in.read_us = now_us;
+        in.read_us = now_us - reading_us;
         in.last_write = static_cast<uint8_t>(out.write ? write : CB_TRANSFER_NONE);
         cb_box_step(box.get(), &in, now_us, &out);
         in.sample_count = 0;

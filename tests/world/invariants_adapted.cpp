@@ -350,20 +350,32 @@ class probes_invariant : public invariant {
         if (knows_) judge_variance(root_s * root_s);
         judge_gate(now, e, root_s, m, taken);
         if (!taken) return;
-        sum_up(std::clamp(e / root_s, -3.0, 3.0), now.cusum);
         since_s_ = 0;
         since_known_ = true;
     }
     // What exceeds half a standard deviation, to one side and to the other; they end at twice the
     // alarm (models/adapt.h).
-    void sum_up(double deviations, double cusum) {
-        above_ = std::clamp(above_ + deviations - 0.5, 0.0, 20.0);
-        below_ = std::clamp(below_ - deviations - 0.5, 0.0, 20.0);
-        const double is = std::max(above_, below_);
-        if (sums_known_ && std::fabs(is - cusum) > 1e-3)
-            violated(fmt::format("the sum of innovations is {}, by the filter {}", cusum, is));
+    struct side_sums {
+        double above = 0, below = 0;
+        double larger() const { return std::max(above, below); }
+        side_sums with(double deviations) const {
+            const double x = std::clamp(deviations, -3.0, 3.0);
+            return {std::clamp(above + x - 0.5, 0.0, 20.0), std::clamp(below - x - 0.5, 0.0, 20.0)};
+        }
+    };
+    void sum_up(const std::vector<double> &may_take, double root_s, double cusum) {
+        std::vector<side_sums> found;
+        for (const double e : may_take) {
+            const side_sums one = sums_.with(e / root_s);
+            if (std::fabs(one.larger() - cusum) <= 1e-3) found.push_back(one);
+        }
+        if (sums_known_ && found.empty())
+            violated(fmt::format("the sum of innovations is {}, by the filter {}", cusum,
+                                 sums_.with(may_take.front() / root_s).larger()));
+        sums_known_ = sums_known_ && !found.empty() && found.front().above == found.back().above;
+        if (sums_known_) sums_ = found.front();
         if (cusum > 0) return;
-        above_ = below_ = 0;
+        sums_ = {};
         sums_known_ = true;
     }
     void judge_innovation(double e) {
@@ -421,7 +433,11 @@ class probes_invariant : public invariant {
         if (now.asks != !taken)
             violated(fmt::format("the box {} another probe behind one that was {}taken",
                                  now.asks ? "asks for" : "does not ask for", taken ? "" : "not "));
-        if (taken) return judge_step(now, may_take, beyond, m);
+        if (taken) {
+            sums_known_ = sums_known_ && (pends_known_ || !beyond);
+            sum_up(may_take, root_s, now.cusum);
+            return judge_step(now, may_take, beyond, m);
+        }
         if (pending_.size() < 2) pending_.push_back(e);
         pending_h_ = 0;
     }
@@ -509,7 +525,7 @@ class probes_invariant : public invariant {
     bool pends_known_ = true;
     double pending_h_ = 0, since_s_ = 1e9;  // behind a probe that was taken
     bool since_known_ = true;
-    double above_ = 0, below_ = 0;  // sums of innovations
+    side_sums sums_;  // of innovations
     bool sums_known_ = true;
 };
 

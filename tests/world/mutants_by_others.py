@@ -81,8 +81,8 @@ DEFECTS_BY_OTHERS = [
       "return now_us - state->time_us <= (int64_t)signal->max_age_ms * 1000;")),
     ("other-disagreement-adds-up", "The time of disagreement of a sensor is not reset when it agrees",
      (SIGNALS + "sensors.c",
-      "    if (!holds) state->us[j] = 0;\n",
-      "")),
+      "                           : 0;\n",
+      "                           : state->us[j];\n")),
     ("other-faded-not-degraded",
      "A term that fades because its signal is missing is not reported: the reason stays all is well",
      ("firmware/terms/terms.c",
@@ -259,8 +259,8 @@ DEFECTS_BY_OTHERS = [
       "const uint32_t most_us = config->applied_quarter_us;")),
     ("other-probe-output-sign", "Without an applied value a probe adds the box's own output instead of removing it",
      (BOX + "probes.c",
-      "return (struct comparison){value_um - state->output_um, known && apart_um <= sigma_um};",
-      "return (struct comparison){value_um + state->output_um, known && apart_um <= sigma_um};")),
+      "return (struct comparison){value_um - um, outputs->known",
+      "return (struct comparison){value_um + um, outputs->known")),
     ("other-bank-lag-index", "An input of a bank without a value does not skip its lags",
      (SIGNALS + "bank.c",
       "            if (signal->known) follow(state, lag, lagged(bank), &way, paces.gains);\n",
@@ -731,8 +731,8 @@ DEFECTS_BY_OTHERS = [
      "A normalised innovation enters the drift sums without its bound of 3, so one confirmed change of the "
      "machine raises the alarm that the model no longer fits",
      ("models/adapt.c",
-      "    const float x = cb_clamp(state->innovation_um / state->expected_um, -3.0f, 3.0f);",
-      "    const float x = state->innovation_um / state->expected_um;")),
+      "    const float x = cb_clamp(innovation_um / state->expected_um, -3.0f, 3.0f);",
+      "    const float x = innovation_um / state->expected_um;")),
     ("other-direction-start-forward",
      "At the start the unknown direction of travel counts as forward at once, instead of the mean of both "
      "branches",
@@ -1337,8 +1337,7 @@ DEFECTS_BY_OTHERS = [
      "A measurement is comparable if the contact is known OR the possible values are close, so it is "
      "corrected by an output that the PLC may not have and the model learns from it.",
      (BOX + "probes.c",
-      "known && apart_um <= sigma_um};\n",
-      "known || apart_um <= sigma_um};\n")),
+      "outputs->known && off_um <= sigma_um};\n", "outputs->known || off_um <= sigma_um};\n")),
     ("other-bus-backoff-endless",
      "The pause of a silent module doubles without an end, so a thermometer that was unplugged for an hour "
      "is not read again for another hour.",

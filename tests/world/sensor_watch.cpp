@@ -217,7 +217,7 @@ void sensor_watch::add_choice(const std::vector<reading> &readings, unsigned cho
         sensor::verdicts &is = sensors_[j].now;
         const reading &seen = readings[j];
         if (chosen >> j & 1u) {
-            is.off = is.off && (seen.stale || z[j].low > beyond * threshold_ / 2);
+            is.off = is.off && (seen.stale || z[j].low > beyond * threshold_);
             is.agrees = is.agrees && seen.fresh && z[j].high < within * threshold_ / 2;
             is.wrong = is.wrong && seen.fresh;  // without a value it contradicts nothing
             continue;

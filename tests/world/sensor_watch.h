@@ -62,7 +62,7 @@ class sensor_watch {
         use used = use::reads;
         time_ns used_ns = -100 * second;  // since then
         // Within the threshold; so, or less wrong than another one; beyond it and the worst; beyond
-        // half of it, and within half of it, if it is doubted. For sure, at this look …
+        // it, and within half of it, if it is doubted. For sure, at this look …
         struct verdicts {
             bool quiet = true, safe = true, wrong = true, off = true, agrees = true;
         } now;

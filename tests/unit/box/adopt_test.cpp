@@ -199,6 +199,22 @@ TEST(box_adopt, the_cause_of_a_latched_fault_is_taken_along) {
         << "of a channel that the new file has not";
 }
 
+TEST(box_adopt, an_alarm_of_a_handshake_that_is_no_longer_there_ends) {
+    config_builder with = original();
+    with.config->plc.has_handshake = true;
+    with.config->plc.handshake = 2;
+    reload_rig rig(with);
+    rig.in.registers[2] = CB_HANDSHAKE_ALARM;
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT);
+    rig.control(1 | 2 | 4);
+    rig.step();
+    EXPECT_NE(rig.mode(), CB_MODE_FAULT);
+}
+
 TEST(box_adopt, a_fading_term_goes_on_fading) {
     reload_rig rig;
     while (rig.reason() != CB_REASON_DEGRADED) rig.step();

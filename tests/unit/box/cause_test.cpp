@@ -77,46 +77,74 @@ TEST(box_cause, an_essential_signal_that_is_implausible) {
     EXPECT_EQ(rig.detail(), 0u);
 }
 
-TEST(box_cause, a_sensor_that_the_others_contradict) {
-    config_builder b = two_axes();
-    const unsigned other = b.thermometer("T2", 201), third = b.thermometer("T3", 202);
-    cb_config &c = *b.config;
-    c.sensors_count = 3;
-    c.sensors.pool = c.pool_count;
-    c.sensors.after_us = 3000000;
-    c.sensors.threshold_square = 36.0f;
-    const uint8_t signals[] = {2, static_cast<uint8_t>(other), static_cast<uint8_t>(third)};
-    // 1 K of each alone, and 20 K of all together
-    const float matrix[] = {10,      10,     10,      0.667f,  -0.333f, -0.333f,
-                            -0.333f, 0.667f, -0.333f, -0.333f, -0.333f, 0.667f};
-    std::copy(signals, signals + 3, c.sensors.signal);
-    std::copy(matrix, matrix + 12, c.pool + c.pool_count);
-    c.pool_count = static_cast<uint16_t>(c.pool_count + 12);
-    box_rig rig(b);
-    rig.position(8, 400);
-    rig.position(10, 400);
-    const auto steps = [&rig, other, third](unsigned count, float first) {
+// Two axes, and three sensors that check each other: T1 of a term, T2 and T3.
+struct sensors_rig : box_rig {
+    explicit sensors_rig(const config_builder &b = with_sensors()) : box_rig(b) {
+        position(8, 400);
+        position(10, 400);
+        steps(200, 100, 100);
+        EXPECT_EQ(mode(), CB_MODE_ACTIVE);
+        EXPECT_EQ(reason(), CB_REASON_NONE);
+    }
+    static config_builder with_sensors() {
+        config_builder b = two_axes();
+        b.thermometer("T2", 201);
+        b.thermometer("T3", 202);
+        cb_config &c = *b.config;
+        c.sensors_count = 3;
+        c.sensors.pool = c.pool_count;
+        c.sensors.after_us = 3000000;
+        c.sensors.threshold_square = 36.0f;
+        // 1 K of each alone, and 20 K of all together
+        const float matrix[] = {10,      10,     10,      0.667f,  -0.333f, -0.333f,
+                                -0.333f, 0.667f, -0.333f, -0.333f, -0.333f, 0.667f};
+        for (uint8_t i = 0; i < 3; ++i) c.sensors.signal[i] = static_cast<uint8_t>(i + 2);
+        std::copy(matrix, matrix + 12, c.pool + c.pool_count);
+        c.pool_count = static_cast<uint16_t>(c.pool_count + 12);
+        return b;
+    }
+    // T3 and each further thermometer read 10 degC.
+    void steps(unsigned count, float first, float second) {
         for (unsigned i = 0; i < count; ++i) {
-            rig.sample(2, first);
-            rig.sample(other, 100);
-            rig.sample(third, 100);
-            rig.step();
+            sample(2, first);
+            sample(3, second);
+            for (unsigned more = 4; more < box->config.signals_count; ++more) sample(more, 100);
+            step();
         }
-    };
-    steps(200, 100);
-    ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
-    EXPECT_EQ(rig.reason(), CB_REASON_NONE);
-    steps(400, 300);  // 20 K more
+    }
+    std::string words() const {
+        char text[CB_CAUSE_TEXT];
+        const cb_row_cause cause = cb_name_cause(box.get());
+        cb_cause_text(&cause, text);
+        return text;
+    }
+};
+
+TEST(box_cause, a_sensor_that_the_others_contradict) {
+    sensors_rig rig;
+    rig.steps(400, 300, 100);  // 20 K more
     EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
     EXPECT_EQ(rig.reason(), CB_REASON_DEGRADED);
     EXPECT_EQ(rig.box->counters.sensors_doubted, 1u);
-    char text[CB_CAUSE_TEXT];
-    const cb_row_cause cause = cb_name_cause(rig.box.get());
-    cb_cause_text(&cause, text);
-    EXPECT_STREQ(text, "signal T1 reads 30 and the other sensors predict 10");
+    EXPECT_EQ(rig.words(), "signal T1 reads 30 and the other sensors predict 10");
     EXPECT_EQ(rig.out.registers[15], CB_CAUSE_DOUBTED * 256u + 3);
-    steps(2000, 100);
+    rig.steps(2000, 100, 100);
     EXPECT_EQ(rig.reason(), CB_REASON_NONE);
+}
+
+// T2 is doubted and no term has it, T1 falls silent.
+TEST(box_cause, a_faded_term_beside_a_doubted_sensor_of_no_term) {
+    sensors_rig rig;
+    rig.steps(400, 100, 300);
+    EXPECT_EQ(rig.box->counters.sensors_doubted, 1u);
+    EXPECT_EQ(rig.reason(), CB_REASON_NONE);
+    for (int i = 0; i < 100; ++i) {
+        rig.sample(3, 300);
+        rig.sample(4, 100);
+        rig.step();
+    }
+    EXPECT_EQ(rig.reason(), CB_REASON_DEGRADED);
+    EXPECT_EQ(rig.out.registers[15], CB_CAUSE_FADED * 256u + 3);
 }
 
 TEST(box_cause, a_signal_that_changes_too_fast_or_was_never_there) {

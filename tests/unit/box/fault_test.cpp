@@ -753,6 +753,20 @@ TEST(box_fault, writes_refused_for_three_seconds) {
 
 // fc23 at a server without that function: FC3 answers when the box asks what it holds, and every
 // FC23 is refused, so that there is no reading either.
+// A control that stops refuses one write, and then its cable is pulled.
+TEST(box_fault, one_refused_write_before_an_outage_is_no_fault) {
+    running_rig rig;
+    rig.write = CB_TRANSFER_REFUSED;
+    rig.step();
+    rig.lose_plc();
+    for (int i = 0; i < 1000; ++i) {
+        rig.step();
+        ASSERT_NE(rig.mode(), CB_MODE_FAULT) << i;
+    }
+    EXPECT_EQ(rig.reason(), CB_REASON_NO_PLC);
+    EXPECT_EQ(rig.box->counters.writes_refused, 1u);
+}
+
 TEST(box_fault, a_plc_that_never_took_a_write_is_not_compensated) {
     for (const bool reads_too : {false, true}) {
         box_rig rig(simple());

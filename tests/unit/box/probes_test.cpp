@@ -146,6 +146,58 @@ TEST(probes, while_writes_without_a_reply_differ_by_more_than_sigma_are_refused)
 }
 
 // A count of another type may be implausible: what was counted meanwhile is not compared.
+// The PLC holds the output of before.
+TEST(probes, behind_writes_that_were_not_sent_are_refused) {
+    probe_rig rig;
+    rig.control(2);
+    rig.write = CB_TRANSFER_FAILED;
+    rig.steps(2);
+    rig.probe(43 + rig.output());
+    ASSERT_EQ(rig.box->plc.contact, CB_CONTACT_KNOWN);
+    EXPECT_EQ(rig.state().refused, 1u);
+    rig.write = CB_TRANSFER_OK;
+    rig.step();
+    rig.probe(43 + rig.output());
+    EXPECT_EQ(rig.state().taken, 1u);
+}
+
+// Model and probe come by CAN. The PLC takes its offset away, and the box cannot read that.
+TEST(probes, while_the_applied_value_is_not_known_are_refused) {
+    box_rig rig(from_text(adapted_file(
+        {{R"(["adapted", "EXX"])", R"(["adapted"])"},
+         {R"("plc": 10, "type": "int16")", R"("can": "0x181", "type": "int16le")"},
+         {R"("plc": 12, "type": "int32")", R"("can": "0x182", "type": "int32le")"},
+         {R"("plc": 14, "type": "uint16")", R"("can": "0x183", "type": "uint16le")"},
+         {"\"scale\": 0.01}],\n\"safety\"", "\"scale\": 0.01, \"applied\": 16}],\n\"safety\""}})));
+    const cb_probe_state &state = rig.box->probes[0];
+    const auto steps = [&rig](unsigned number, double um, float count) {
+        for (unsigned i = 0; i < number; ++i) {
+            rig.sample(1, 200);
+            rig.sample(2, static_cast<float>(um * 100));
+            rig.sample(3, count);
+            rig.step();
+        }
+    };
+    rig.position(8, 200);
+    put_int32(rig.in.registers + 16, -2000);
+    steps(100, 0, 7);
+    ASSERT_EQ(rig.mode(), CB_MODE_ACTIVE);
+    rig.lose_plc();
+    steps(300, 0, 7);
+    steps(1, 20, 8);
+    EXPECT_EQ(state.refused, 1u);
+    rig.find_plc();
+    put_int32(rig.in.registers + 16, 0);
+    steps(40, 20, 8);
+    steps(1, 20, 9);
+    EXPECT_EQ(state.taken, 1u);
+    EXPECT_NEAR(state.filter.innovation_um, 0, 0.02);
+    put_int32(rig.in.registers + 16, 900000);  // beyond error_um
+    steps(40, 20, 9);
+    steps(1, 20, 10);
+    EXPECT_EQ(state.refused, 2u);
+}
+
 TEST(probes, count_anew_after_an_implausible_count) {
     probe_rig rig(
         adapted_file({{R"("plc": 14, "type": "uint16")", R"("plc": 14, "type": "int32")"}}));

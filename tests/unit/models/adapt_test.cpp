@@ -237,6 +237,16 @@ TEST(adapt, sums_up_what_probes_differ_to_one_side) {
     }
 }
 
+TEST(adapt, sums_up_the_median_where_it_takes_it) {
+    filter f;
+    f.probe(0, 0);
+    EXPECT_EQ(f.probe(100, 0), CB_ADAPT_ASK);
+    EXPECT_EQ(f.probe(200, 0, 0.02f), CB_ADAPT_ASK);
+    EXPECT_EQ(f.probe(-300, 0, 0.02f), CB_ADAPT_MEDIAN);
+    EXPECT_EQ(f.state.above, 2.5f);
+    EXPECT_EQ(f.state.below, 0);
+}
+
 TEST(adapt, a_limited_probe_leaves_the_uncertainty_that_it_did_not_remove) {
     filter limited, free(wide());
     limited.probe(15, 0);  // inside of the gate, further than one step

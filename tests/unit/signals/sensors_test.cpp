@@ -135,6 +135,22 @@ TEST(sensors, a_mended_one_is_trusted_again_after_twenty_minutes) {
     EXPECT_EQ(m.state.doubted, 0u);
 }
 
+// Ten times this after_s is longer than 32 bits of microseconds, and noise leaves half of the
+// threshold, which is three standard deviations, some sixteen times in it.
+TEST(sensors, a_mended_one_is_trusted_again_however_long_after_s_is) {
+    for (unsigned seed = 1; seed < 6; ++seed) {
+        machine m(12, seed);
+        m.config->sensors.after_us = 600 * second_us;
+        m.run(1200 * second_us, second_us,
+              [](unsigned j, double v) { return j == 4 ? v + 9.0 : v; });
+        ASSERT_EQ(m.doubted(), std::vector<unsigned>{4}) << seed;
+        m.run(5990 * second_us, second_us, healthy);
+        EXPECT_EQ(m.doubted(), std::vector<unsigned>{4}) << seed;
+        m.run(600 * second_us, second_us, healthy);
+        EXPECT_TRUE(m.doubted().empty()) << seed;
+    }
+}
+
 TEST(sensors, a_stale_one_accuses_no_other) {
     machine m(12);
     m.run(600 * second_us, second_us, healthy);

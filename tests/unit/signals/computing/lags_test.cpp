@@ -114,6 +114,23 @@ TEST(lags, only_new_values_move_a_lag_and_over_the_whole_time_between) {
     EXPECT_NEAR(seldom.value(), every.value(), 2e-5);
 }
 
+// A reply that comes late has a value that is too old from the first.
+TEST(lags, of_readings_that_are_too_old_are_stale) {
+    lag_builder b(600, 1, 10);
+    b.on_the_plc();
+    lag_rig rig(b);
+    rig.in.registers[10] = 200;
+    rig.steps(10);
+    EXPECT_TRUE(rig.fresh());
+    rig.reading_us = 12000;
+    rig.steps(2);
+    EXPECT_FALSE(rig.box->signals[1].fresh);
+    EXPECT_FALSE(rig.fresh());
+    rig.reading_us = 0;
+    rig.steps(2);
+    EXPECT_TRUE(rig.fresh());
+}
+
 TEST(lags, are_stale_with_their_signal_and_go_on_over_the_gap) {
     lag_rig rig{lag_builder(600, 1, 1000)};
     for (int i = 0; i < 10; ++i) rig.step_at(20);
