@@ -60,13 +60,31 @@ void cb_bus_turns_start(struct cb_bus_turns *turns, const struct cb_config *conf
     turns->current = (uint8_t)(turns->count > 0 ? turns->count - 1 : 0);
 }
 
+void cb_bus_turns_line_is_back(struct cb_bus_turns *turns, int64_t now_us) {
+    for (unsigned i = 0; i < turns->count; ++i) turns->turns[i].due_us = now_us;
+    turns->awaits = false;
+}
+
+/* Ends the wait for the last reply, which may still come. */
+static void leave_alone(struct cb_bus_turns *turns, int64_t now_us) {
+    const uint8_t unit = turns->turns[turns->current].unit;
+    const int64_t until_us = now_us + turns->every_us;
+    for (unsigned i = 0; i < turns->count; ++i) {
+        struct cb_bus_turn *turn = &turns->turns[i];
+        if (turn->unit == unit && turn->due_us < until_us) turn->due_us = until_us;
+    }
+    turns->awaits = false;
+}
+
 bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit,
                        struct cb_modbus_request *request) {
+    if (turns->awaits) leave_alone(turns, now_us);
     for (unsigned i = 1; i <= turns->count; ++i) {
         const uint8_t index = (uint8_t)((turns->current + i) % turns->count);
         struct cb_bus_turn *turn = &turns->turns[index];
         if (turn->due_us > now_us) continue;
         turns->current = index;
+        turns->awaits = true;
         turns->requested_us = now_us;
         turn->due_us = now_us + ((int64_t)turns->every_us << turn->silent);
         if (turn->silent < CB_BUS_BACKOFF_MAX) ++turn->silent;
@@ -79,6 +97,7 @@ bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit
 
 void cb_bus_turns_refused(struct cb_bus_turns *turns) {
     struct cb_bus_turn *turn = &turns->turns[turns->current];
+    turns->awaits = false;
     turn->silent = 0;
     turn->due_us = turns->requested_us + turns->every_us;
 }

@@ -33,6 +33,7 @@ struct cb_bus_turns {
     uint8_t bus; /* index in config.buses */
     uint8_t count;
     uint8_t current; /* the last turn returned */
+    bool awaits;     /* it has no reply so far */
     uint32_t every_us;
     int64_t requested_us;
     struct cb_bus_turn turns[CB_MAX_SIGNALS];
@@ -44,8 +45,14 @@ _Static_assert(CB_MAX_SIGNALS <= 255, "a turn for each signal at most, counted i
 void cb_bus_turns_start(struct cb_bus_turns *turns, const struct cb_config *config, uint8_t bus,
                         int64_t now_us);
 
-/* out: true: the request to send now; false: no turn is due
- * The turn counts as silent until cb_bus_turns_take() or cb_bus_turns_refused(). */
+/* The line was away: each turn is due at now_us. */
+void cb_bus_turns_line_is_back(struct cb_bus_turns *turns, int64_t now_us);
+
+/* in : no request is pending
+ * out: true: the request to send now; false: no turn is due
+ * The turn counts as silent until cb_bus_turns_take() or cb_bus_turns_refused(). Behind a turn
+ * without a reply its module is left alone for its interval, because a late reply looks like that
+ * to another request. */
 bool cb_bus_turns_next(struct cb_bus_turns *turns, int64_t now_us, uint8_t *unit,
                        struct cb_modbus_request *request);
 

@@ -10,7 +10,8 @@ enum {
 
 void cb_canopen_start(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]) {
     for (unsigned i = 0; i < CB_MAX_CAN_NODES; ++i)
-        nodes[i] = (struct cb_canopen_node){.state = CB_CANOPEN_UNKNOWN};
+        nodes[i] = (struct cb_canopen_node){.state = CB_CANOPEN_UNKNOWN,
+                                            .commanded_us = -CB_CANOPEN_AGAIN_US};
 }
 
 void cb_canopen_bus_is_back(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]) {
@@ -58,10 +59,11 @@ void cb_canopen_watch(const struct cb_can_config *can, struct cb_canopen_node *n
 
 static bool is_due(const struct cb_can_node_config *config, const struct cb_canopen_node *node,
                    int64_t now_us) {
-    if (!config->start || node->state == CB_CANOPEN_OPERATIONAL) return false;
-    if (node->starts > 0 && now_us - node->commanded_us < CB_CANOPEN_AGAIN_US) return false;
-    const bool disobeys = config->heartbeat_timeout_ms > 0 && node->state != CB_CANOPEN_UNKNOWN;
-    return !node->commanded || disobeys;
+    const bool watched = config->heartbeat_timeout_ms > 0;
+    const bool runs = node->state == CB_CANOPEN_OPERATIONAL;
+    if (!config->start || now_us - node->commanded_us < CB_CANOPEN_AGAIN_US) return false;
+    if (!node->commanded) return !(watched && runs);
+    return watched && !runs && node->state != CB_CANOPEN_UNKNOWN;
 }
 
 bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nodes, int64_t now_us,
@@ -82,6 +84,9 @@ bool cb_canopen_due(const struct cb_can_config *can, struct cb_canopen_node *nod
 
 void cb_canopen_not_sent(const struct cb_can_config *can, struct cb_canopen_node *nodes,
                          const struct cb_can_frame *frame) {
-    for (unsigned i = 0; i < can->nodes_count; ++i)
-        if (can->nodes[i].node == frame->data[1]) nodes[i].commanded = false;
+    for (unsigned i = 0; i < can->nodes_count; ++i) {
+        if (can->nodes[i].node != frame->data[1]) continue;
+        nodes[i].commanded = false;
+        --nodes[i].starts;
+    }
 }

@@ -30,14 +30,14 @@ struct cb_canopen_node {
     uint32_t losses;      /* heartbeats later than the timeout */
     uint32_t starts;      /* start commands sent */
     int64_t heard_us;     /* last heartbeat; before the first: start of the wait for it */
-    int64_t commanded_us; /* time of the last start command */
+    int64_t commanded_us; /* time of the last start command, sent or not */
 };
 
 /* Before the first frame: the state of every node is unknown. */
 void cb_canopen_start(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]);
 
-/* The bus was down (interface down, bus-off): nodes that do not report otherwise get a start
- * command again. */
+/* The bus was down (interface down, bus-off): nodes get a start command again, unless their watched
+ * heartbeat says that they are operational. */
 void cb_canopen_bus_is_back(struct cb_canopen_node nodes[CB_MAX_CAN_NODES]);
 
 /* Identifier of a node's heartbeat. */

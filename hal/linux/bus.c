@@ -73,13 +73,18 @@ static bool take_turn(struct cb_bus *bus) {
     return true;
 }
 
-/* No turn passes while the device is missing, so all modules are polled once it is back. */
+/* All modules are polled once the device is back. */
 static void *run(void *argument) {
     struct cb_bus *bus = argument;
+    uint32_t connects = 0;
     cb_settle_thread("compboxd-bus");
     while (!cb_flag_is_raised(&bus->quit)) {
-        const bool open = cb_serial_ready(&bus->rtu.serial, cb_boottime_us());
-        if (!open) report(bus);
+        const int64_t now_us = cb_boottime_us();
+        const bool open = cb_serial_ready(&bus->rtu.serial, now_us);
+        const bool back = bus->rtu.serial.connects != connects;
+        connects = bus->rtu.serial.connects;
+        if (back) cb_bus_turns_line_is_back(&bus->turns, now_us);
+        if (back || !open) report(bus);
         if (!open || !take_turn(bus)) pause_a_little();
     }
     cb_serial_close(&bus->rtu.serial);

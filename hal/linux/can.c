@@ -82,6 +82,7 @@ static void close_if_any(int fd) {
 }
 
 void cb_can_offer(struct cb_can *can, int fd) {
+    __atomic_store_n(&can->offered_us, cb_boottime_us(), __ATOMIC_RELEASE);
     close_if_any(__atomic_exchange_n(&can->offered, fd, __ATOMIC_ACQ_REL));
 }
 
@@ -141,11 +142,18 @@ static void notice_up(struct cb_can *can) {
     if (__atomic_load_n(&can->up_after, __ATOMIC_ACQUIRE) == can->downs) come_up(can);
 }
 
-/* Takes the socket that the other thread offers, after that thread has closed the last returned
- * one. */
+/* out: false: the last returned socket is not closed yet, or this one may have frames of before the
+ *      offer, which the offered one lacks */
+static bool can_be_replaced(const struct cb_can *can, int64_t offered_us) {
+    return __atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) < 0 &&
+           can->not_before_us >= offered_us;
+}
+
+/* Takes the socket that the other thread offers. */
 static void take_offer(struct cb_can *can, int64_t now_us) {
     if (__atomic_load_n(&can->offered, __ATOMIC_ACQUIRE) < 0) return;
-    if (can->fd >= 0 && __atomic_load_n(&can->returned, __ATOMIC_ACQUIRE) >= 0) return;
+    const int64_t offered_us = __atomic_load_n(&can->offered_us, __ATOMIC_ACQUIRE);
+    if (can->fd >= 0 && !can_be_replaced(can, offered_us)) return;
     const int fd = __atomic_exchange_n(&can->offered, -1, __ATOMIC_ACQ_REL);
     if (fd < 0) return;
     const bool replaces = can->fd >= 0; /* other filters: the state of the bus is unchanged */
@@ -153,8 +161,8 @@ static void take_offer(struct cb_can *can, int64_t now_us) {
     __atomic_store_n(&can->wanted, false, __ATOMIC_RELEASE);
     can->fd = fd;
     can->lost_in_queue = 0;
-    can->not_before_us = now_us;
     if (replaces) return;
+    can->not_before_us = offered_us < now_us ? offered_us : now_us;
     can->state = CB_CAN_CLOSED;
     come_up(can);
 }
@@ -170,12 +178,6 @@ void cb_can_leave(struct cb_can *can) {
     can->state = CB_CAN_CLOSED;
 }
 
-/* Returns an unusable socket, in this cycle or the next, and requests another. */
-static void give_up(struct cb_can *can) {
-    cb_can_leave(can);
-    if (can->fd < 0) cb_can_want(can, true);
-}
-
 /* Counts a socket error; the caller excludes an empty queue. */
 static void note_error(struct cb_can *can, int error, int64_t now_us) {
     if (error == ENETDOWN) {
@@ -189,7 +191,8 @@ static void note_error(struct cb_can *can, int error, int64_t now_us) {
         can->counters.went_away++;
     else
         can->counters.socket_errors++;
-    give_up(can);
+    cb_can_revoke(can); /* the kernel reports this once */
+    (void)obey_revocation(can);
 }
 
 /* out: false: a frame waited in the queue since before the interface went down, and tells nothing

@@ -62,9 +62,10 @@ struct cb_can {
     uint32_t downs;         /* times that the kernel reported "down"; the other thread … */
     uint32_t up_after;      /* … writes here after which of them the interface was up again */
     struct cb_can_counters counters;
-    int offered;  /* from the normal thread: a socket for the loop; -1: none */
-    int returned; /* from the loop: a socket to close; -1: none */
-    bool wanted;  /* the loop has none and requests one */
+    int64_t offered_us; /* time of the last offer: its socket has all frames since then */
+    int offered;        /* from the normal thread: a socket for the loop; -1: none */
+    int returned;       /* from the loop: a socket to close; -1: none */
+    bool wanted;        /* the loop has none and requests one */
     bool revoked; /* the loop's socket is unusable: the loop returns it and requests another */
 };
 
@@ -80,11 +81,11 @@ int cb_can_open(const char *interface, const uint32_t *ids, unsigned count);
 /* out: true if the loop needs a socket and none is offered */
 bool cb_can_wanted(const struct cb_can *can);
 
-/* Offers the loop a socket; the loop returns its previous one. */
+/* Offers the loop a socket; the loop returns its previous one, behind its last frame of before. */
 void cb_can_offer(struct cb_can *can, int fd);
 
-/* The loop's socket, and an offered one, are of another interface than the wanted one: the loop
- * returns it and requests another. For either thread. */
+/* The loop's socket is dead, or it and an offered one are of another interface than the wanted one:
+ * the loop returns it and requests another. For either thread. */
 void cb_can_revoke(struct cb_can *can);
 
 /* Checks whether an interface that went down is up again. A bus whose nodes await a start command

@@ -11,6 +11,7 @@
 
 #include "firmware/config/config.h"
 #include "hal/linux/file_version.h"
+#include "hal/linux/whole_file.h"
 
 void cb_hand_start(struct cb_hand *hand, const char *path, uint32_t owner) {
     *hand = (struct cb_hand){.path = path, .owner = owner};
@@ -83,7 +84,7 @@ static long read_text(struct cb_hand *hand, char *text, const char **why) {
     if (fstat(fd, &file) == 0) {
         hand->known = file;
         *why = cb_hand_fault(&file, hand->owner);
-        if (*why == NULL) length = (long)read(fd, text, CB_HAND_BYTES + 1);
+        if (*why == NULL) length = cb_read_to_end(fd, text, CB_HAND_BYTES + 1);
         if (*why == NULL && (length < 0 || length > CB_HAND_BYTES)) *why = "cannot be read";
     }
     close(fd);
@@ -191,16 +192,27 @@ bool cb_hand_look(struct cb_hand *hand, const struct cb_config *config, int64_t 
     return message[0] != '\0';
 }
 
+/* in : part: CB_HAND_VALUE or CB_HAND_COUNT. out: the ring had room for all signals with it */
+static bool put_part(struct cb_hand *hand, const struct cb_config *config, uint8_t part,
+                     uint32_t generation, struct cb_sample_ring *to) {
+    bool all = true;
+    for (unsigned i = 0; i < config->signals_count; ++i) {
+        const struct cb_signal_config *signal = &config->signals[i];
+        if (signal->source != CB_SOURCE_HAND || signal->bus != part) continue;
+        const struct cb_hand_measured *of = measured_of(hand, signal->can_id);
+        if (of == NULL) continue;
+        const float raw = part == CB_HAND_COUNT ? (float)of->count : of->um;
+        const struct cb_sample sample = {(uint8_t)i, raw, hand->put_us};
+        all = cb_sample_ring_put(to, sample, generation) && all;
+    }
+    return all;
+}
+
+/* A count says that its value is new, so all values come first. */
 void cb_hand_put(struct cb_hand *hand, const struct cb_config *config, uint32_t generation,
                  struct cb_sample_ring *to, int64_t now_us) {
     if (!hand->used || (hand->put_us != 0 && now_us - hand->put_us < CB_HAND_LOOK_US)) return;
     hand->put_us = now_us;
-    for (unsigned i = 0; i < config->signals_count; ++i) {
-        const struct cb_signal_config *signal = &config->signals[i];
-        if (signal->source != CB_SOURCE_HAND) continue;
-        const struct cb_hand_measured *of = measured_of(hand, signal->can_id);
-        if (of == NULL) continue;
-        const float raw = signal->bus == CB_HAND_COUNT ? (float)of->count : of->um;
-        cb_sample_ring_put(to, (struct cb_sample){(uint8_t)i, raw, now_us}, generation);
-    }
+    if (put_part(hand, config, CB_HAND_VALUE, generation, to))
+        put_part(hand, config, CB_HAND_COUNT, generation, to);
 }

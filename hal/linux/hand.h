@@ -67,7 +67,7 @@ bool cb_hand_look(struct cb_hand *hand, const struct cb_config *config, int64_t 
                   int64_t unix_us, char *message, size_t size);
 
 /* Puts value and count of each signal into the ring: every CB_HAND_LOOK_US, so that they stay
- * fresh, and at once after a measurement. */
+ * fresh, and at once after a measurement. No count comes before the values. */
 void cb_hand_put(struct cb_hand *hand, const struct cb_config *config, uint32_t generation,
                  struct cb_sample_ring *to, int64_t now_us);
 

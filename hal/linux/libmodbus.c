@@ -66,6 +66,7 @@ static bool is_connected(struct cb_libmodbus *client) {
     set_reply_timeout(client, REPLY_PERIODS * client->period_us);
     link->connects++;
     link->state = CB_LINK_UP;
+    __atomic_store_n(&client->leave, false, __ATOMIC_RELEASE); /* it was meant for the last one */
     return true;
 }
 
@@ -151,14 +152,19 @@ static enum cb_transfer conclude(struct cb_libmodbus *client, int result, uint8_
     return CB_TRANSFER_REFUSED;
 }
 
+static void end_write(struct cb_libmodbus *client, struct cb_job_write *write,
+                      enum cb_transfer end) {
+    write->result = (uint8_t)end;
+    write->done_us = cb_boottime_us();
+    __atomic_store_n(&client->ended, write->result, __ATOMIC_RELEASE);
+}
+
 static void do_write(struct cb_libmodbus *client, struct cb_job_write *write) {
     const int64_t request_us = cb_boottime_us();
     errno = 0;
     const int result =
         modbus_write_registers(client->context, write->start, write->count, write->registers);
-    write->result = (uint8_t)conclude(client, result, CB_MODBUS_WRITE, request_us);
-    write->done_us = cb_boottime_us();
-    __atomic_store_n(&client->ended, write->result, __ATOMIC_RELEASE);
+    end_write(client, write, conclude(client, result, CB_MODBUS_WRITE, request_us));
 }
 
 static void do_read(struct cb_libmodbus *client, struct cb_job_read *read) {
@@ -177,8 +183,8 @@ static void do_both(struct cb_libmodbus *client, struct cb_job_write *write,
                                                        write->registers, read->start, read->count,
                                                        read->registers);
     const enum cb_transfer end = conclude(client, result, CB_MODBUS_WRITE_READ, read->request_us);
-    write->result = read->result = (uint8_t)end;
-    write->done_us = cb_boottime_us();
+    read->result = (uint8_t)end;
+    end_write(client, write, end);
 }
 
 /* Waits until the readings are just done by the next tick. */
@@ -216,7 +222,8 @@ static void work(struct cb_libmodbus *client) {
         do_both(client, &job->write, &job->reads[0]);
     else if (writes)
         do_write(client, &job->write);
-    if (__atomic_load_n(&client->leave, __ATOMIC_ACQUIRE)) drop(client, CB_LINK_CAUSE_LEFT, 0);
+    if (client->link.state == CB_LINK_UP && __atomic_load_n(&client->leave, __ATOMIC_ACQUIRE))
+        drop(client, CB_LINK_CAUSE_LEFT, 0);
     if (client->link.state != CB_LINK_UP) return;
     if (!combined) wait_for_readings(client);
     do_reads(client, combined ? 1 : 0);

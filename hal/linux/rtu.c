@@ -82,7 +82,10 @@ static enum cb_rtu_end find_silence(struct cb_rtu *rtu, int64_t until_us) {
         const int64_t now_us = cb_boottime_us();
         const size_t got = receive(rtu, bytes, sizeof bytes, now_us);
         dropped += got;
-        if (rtu->serial.fd < 0 || now_us >= until_us) return CB_RTU_END_NOT_SENT;
+        if (rtu->serial.fd < 0 || now_us >= until_us) {
+            if (drop(rtu, dropped)) cb_rtu_dialog_doubt(&rtu->dialog);
+            return CB_RTU_END_NOT_SENT;
+        }
         if (got == 0 && now_us >= rtu->line_free_us) break;
         sleep_until_readable(rtu, sooner(rtu->line_free_us, until_us));
     }

@@ -21,14 +21,15 @@ static inline void cb_sample_ring_start(struct cb_sample_ring *to) {
     cb_ring_start(&to->ring, CB_RING_SAMPLES);
 }
 
-/* Writer. A full ring counts the sample as lost. */
-static inline void cb_sample_ring_put(struct cb_sample_ring *to, struct cb_sample sample,
+/* Writer. A full ring counts the sample as lost. out: it had room */
+static inline bool cb_sample_ring_put(struct cb_sample_ring *to, struct cb_sample sample,
                                       uint32_t generation) {
     const int32_t slot = cb_ring_slot_to_write(&to->ring);
-    if (slot < 0) return;
+    if (slot < 0) return false;
     to->samples[slot] = sample;
     to->generations[slot] = generation;
     cb_ring_publish(&to->ring);
+    return true;
 }
 
 /* Reader. out: up to max samples of this generation; samples of others are dropped. */

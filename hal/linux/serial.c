@@ -38,7 +38,6 @@ static void lost(struct cb_serial *serial, int error_number, int64_t now_us) {
 static void take(struct cb_serial *serial, const struct cb_serial_opened *opened, int64_t now_us) {
     serial->opening = false;
     serial->fd = opened->fd;
-    serial->rs485_error = opened->rs485_error;
     if (opened->fd >= 0) {
         serial->connects++;
     } else {

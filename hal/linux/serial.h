@@ -18,7 +18,6 @@ struct cb_serial {
     bool opening;                    /* a request to the opener is pending */
     int fd;                          /* -1: closed */
     int error_number;                /* cause of the present or last failure */
-    int rs485_error;                 /* errno if the driver refuses RS-485 mode; else 0 */
     uint32_t backoff_us;             /* pause before the next attempt */
     int64_t since_us;                /* start of the pause */
     uint32_t connects;               /* times opened */

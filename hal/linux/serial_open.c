@@ -64,10 +64,12 @@ static void request_low_latency(int fd) {
     ioctl(fd, TIOCSSERIAL, &settings);
 }
 
-/* The driver switches the RS-485 transmitter by RTS while it sends. out: 0 or errno */
+/* The driver switches the RS-485 transmitter by RTS while it sends.
+ * out: 0 or errno, ENOSYS if it cannot */
 static int switch_driver_by_rts(int fd) {
     struct serial_rs485 rs485 = {.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND};
-    return ioctl(fd, TIOCSRS485, &rs485) == 0 ? 0 : errno;
+    if (ioctl(fd, TIOCSRS485, &rs485) == 0) return 0;
+    return errno == ENOTTY ? ENOSYS : errno;
 }
 
 /* Reserves the line, because two masters would accept each other's replies. The lock excludes
@@ -97,16 +99,20 @@ struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     if (fd < 0) return failed(fd, errno);
     const int taken = take_line(fd);
     if (taken != 0) return not_taken(fd, taken);
-    const int error = set_line(fd, &config->line);
+    int error = set_line(fd, &config->line);
+    if (error == 0 && config->rs485) error = switch_driver_by_rts(fd);
     if (error != 0) return failed(fd, error);
     request_low_latency(fd);
-    const int rs485_error = config->rs485 ? switch_driver_by_rts(fd) : 0;
     tcflush(fd, TCIOFLUSH);
-    return (struct cb_serial_opened){.fd = fd, .rs485_error = rs485_error};
+    return (struct cb_serial_opened){.fd = fd};
 }
 
 const char *cb_serial_error(int error_number) {
-    return error_number == EBUSY ? "another program has it open" : strerror(error_number);
+    if (error_number == EBUSY) return "another program has it open";
+    if (error_number == ENOSYS)
+        return "its driver has no RS-485 mode: leave rs485 out, or use an adapter that switches by "
+               "itself";
+    return strerror(error_number);
 }
 
 void cb_serial_shut(int fd) {

@@ -17,9 +17,8 @@
 
 /* Result of opening a device. */
 struct cb_serial_opened {
-    int fd;          /* -1: not open */
-    int error;       /* errno of the failure */
-    int rs485_error; /* errno if the driver refuses RS-485 mode; else 0 */
+    int fd;    /* -1: not open */
+    int error; /* errno of the failure */
 };
 
 /* Opens the device raw and non-blocking, for this program alone: EBUSY if another program has it.

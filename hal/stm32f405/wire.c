@@ -144,7 +144,8 @@ static bool listen(struct cb_wire *wire, int64_t now_us) {
 }
 
 static bool give_up(struct cb_wire *wire) {
-    if (wire->state == CB_WIRE_QUIET) return finish(wire, CB_RTU_END_NOT_SENT);
+    if (wire->state == CB_WIRE_QUIET)
+        return finish(wire, is_stray(wire) ? CB_RTU_END_STRAY : CB_RTU_END_NOT_SENT);
     ++wire->counters.timeouts;
     return finish(wire, CB_RTU_END_SILENT);
 }

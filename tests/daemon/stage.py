@@ -135,11 +135,11 @@ class Stage:
 
     def fail(self, call, error, path="", times=-1, skipped=0):
         """Calls of this name about such a path fail with this errno; so often, or until heal(); the first ones work."""
-        self.ask("fail", call, path, error, times, skipped)
+        self.ask("fail", call, path, error, 0, times, skipped)
 
-    def hang(self, call, path=""):
-        """… never return."""
-        self.ask("fail", call, path, 0, -1, 0)
+    def hang(self, call, path="", duration_s=10**6, times=-1):
+        """… last so long."""
+        self.ask("fail", call, path, 0, round(duration_s * SECOND), times, 0)
 
     def heal(self):
         self.ask("heal")

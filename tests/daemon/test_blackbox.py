@@ -53,6 +53,21 @@ def test_a_hold_leaves_every_row_around_it(stage, served, start_box, folder):
     assert box.code == 0
 
 
+def test_a_disk_that_holds_the_thread_costs_no_row(stage, served, start_box, folder):
+    """From before the end of the file to behind it."""
+    with start_box("--blackbox", folder) as box:
+        served.wait_mode(ACTIVE)
+        served.heartbeat_alive = False
+        served.wait_mode(HOLD)
+        stage.run_for(9)
+        stage.hang("write", "record", 2.5, times=1)
+        stage.run_for(6)
+        box.stop()
+    (_, rows), = files_of(box, folder)
+    held = next(row for row in rows if float(row["mode"]) == HOLD)
+    assert float(rows[-1]["time_s"]) - float(held["time_s"]) == pytest.approx(10, abs=0.1)
+
+
 def test_a_request_by_a_signal_and_an_end(stage, served, start_box, folder):
     with start_box("--blackbox", folder) as box:
         served.wait_mode(ACTIVE)

@@ -14,10 +14,10 @@ LINE = "/dev/ttyUSB0"
 UNITS = {5: {0: 351, 1: 222}, 6: {0: 203}}      # T1 = 35.1 °C, T2 22.2 °C, T3 20.3 °C
 
 
-def with_bus(device):
+def with_bus(device, every_ms=100):
     """T1, on which GROW depends, and two more come from modules."""
     def edit(data):
-        data["buses"] = [{"name": "pt100", "every_ms": 100, "rtu": {
+        data["buses"] = [{"name": "pt100", "every_ms": every_ms, "rtu": {
             "device": device, "baud": 115200, "parity": "none", "slave_delay_ms": 20}}]
         for name, unit, register in (("T1", 5, 0), ("T2", 5, 1), ("T3", 6, 0)):
             signal = {"name": name, "unit": "degC", "bus": "pt100", "unit_id": unit, "register": register,
@@ -64,6 +64,41 @@ def test_an_adapter_that_is_unplugged_is_reported_and_opened_again(stage, plc, p
         box.stop()
     assert box.code == 0, box.log
     assert box.stats["bus"]["disconnects"] == 1
+
+
+def test_behind_an_adapter_that_was_away_every_module_is_read_at_once(stage, plc, port, start_box):
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
+    with Modules(LINE, UNITS) as modules, RawPlc(plc, port), \
+            start_box(change=with_bus(LINE, every_ms=60000)) as box:
+        until(lambda: sorted(modules.asked) == [5, 6])
+        stage.plug(LINE)
+        until(lambda: "; trying again" in box.log)
+        stage.plug(LINE, modules)
+        until(lambda: sorted(modules.asked) == [5, 5, 6, 6])
+        until(lambda: box.log.count(f"bus pt100: {LINE} is open") == 2)
+        box.stop()
+    assert box.code == 0, box.log
+    assert "answer" not in box.log
+
+
+def test_a_late_answer_is_never_that_of_other_registers(stage, plc, port, start_box):
+    """A module answers late, in the time of its next request."""
+    plc.values = {"X": 6500, "Y": 200, "Z": 1500, "T1": 35.1}
+    units = {5: {0: 351, 2: 222}, 6: {0: 203}}
+
+    def change(data):
+        with_bus(LINE)(data)
+        next(s for s in data["signals"] if s["name"] == "T2")["register"] = 2
+    with Modules(LINE, units) as modules, RawPlc(plc, port), start_box(change=change) as box:
+        plc.wait_mode(machine.ACTIVE)
+        for delay_s in [0.06, 0.002] * 5:
+            modules.delay_s[5] = delay_s
+            stage.run_for(0.5)
+        box.stop()
+    assert box.code == 0, box.log
+    for name, value in (("T1", 35.1), ("T2", 22.2), ("T3", 20.3)):
+        assert {round(row[name], 3) for row in box.rows if row[name] is not None} == {value}
+    assert box.stats["bus"]["timeouts"] >= 10
 
 
 def test_an_adapter_that_is_not_there_costs_nothing(plc, port, start_box):

@@ -204,6 +204,21 @@ def test_a_flood_of_requests_fills_no_log_and_delays_no_stop(stage, plc, running
     assert "lines about files left out)" in box.log
 
 
+def test_a_file_that_is_taken_just_before_the_end_is_reported(stage, plc, port, start_box, tmp_path):
+    """The thread that reports it writes a file meanwhile, until the loop has ended."""
+    plc.values = dict(AT_REST)
+    with RawPlc(plc, port), start_box("--snapshot", tmp_path / "snapshot") as box:
+        plc.wait_mode(ACTIVE)
+        stage.stall(1, "compboxd-loop")
+        hup(box, tmp_path / "coefficients.json", port, grown(1))
+        stage.run_for(0.2)
+        stage.hang("write", "snapshot", 4, times=1)
+        until(lambda: stage.failed)
+        box.stop()
+    assert box.log.count("revision 8 is running now") == 1 and box.code == 0, box.log
+    assert box.stats["reloads"]["taken"] == 1
+
+
 def test_a_disk_that_is_full_is_reported_once_and_when_it_is_not(stage, plc, port, start_box, tmp_path):
     plc.values = dict(AT_REST)
     state = tmp_path / "lags"

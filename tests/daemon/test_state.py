@@ -126,6 +126,21 @@ def test_a_clean_stop_saves_the_last_state(plc, port, start_box, tmp_path):
     assert state.exists()
 
 
+def test_a_start_that_fails_leaves_how_the_run_before_it_ended(stage, plc, port, start_box, tmp_path):
+    words = "--state", tmp_path / "lags"
+    with RawPlc(plc, port):
+        with start_box(*words) as box:
+            plc.wait_mode(ACTIVE)
+            box.stop()
+        stage.fail("pthread_create", errno.EPERM, skipped=2)    # two threads are started before the loop
+        with start_box(*words) as box:
+            box.wait()
+        assert box.code == 1, box.log
+        stage.heal()
+        with start_box(*words) as box:
+            until(lambda: "the previous run ended STOPPED" in box.log)
+
+
 def test_a_path_that_cannot_be_written_is_reported_at_once(start_box, tmp_path):
     pipe = tmp_path / "pipe"
     pipe.mkfifo()

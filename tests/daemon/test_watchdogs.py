@@ -28,6 +28,31 @@ def test_systemd_is_fed_at_half_of_its_time(stage, plc, port, start_box):
         box.stop()
 
 
+def test_what_systemds_full_queue_refuses_is_sent_again(stage, plc, port, start_box):
+    """READY, a feed, the status and a stop. The next feed comes too late, the others would not come again."""
+    stage.fail("send", errno.EAGAIN, "systemd", times=3)
+    with RawPlc(plc, port) as server, start_box(env=SYSTEMD) as box:
+        plc.wait_mode(ACTIVE)
+        stage.run_for(1)
+        assert len(stage.failed) == 3 and stage.notified.count("READY=1") == 1
+        stage.fail("send", errno.EAGAIN, "systemd", times=1)
+        until(lambda: len(stage.failed) == 4, every_s=0.01)
+        fed = stage.notified.count("WATCHDOG=1")
+        stage.run_for(0.06)
+        assert stage.notified.count("WATCHDOG=1") == fed + 1
+        stage.fail("send", errno.EAGAIN, "systemd")
+        seen, server.answering = len(stage.notified), False
+        stage.run_for(10)                   # until the mode stays
+        stage.heal()
+        until(lambda: any(text.startswith("STATUS=") for text in stage.notified[seen:]))
+        stage.fail("send", errno.EAGAIN, "systemd")
+        box.send_signal(signal.SIGTERM)
+        stage.run_for(0.1)
+        stage.heal()
+        box.wait()
+    assert sum(text.startswith("STOPPING=1") for text in stage.notified) == 1
+
+
 def test_the_status_names_a_function_that_the_plc_refuses(stage, plc, port, start_box):
     """Also before that changes the mode, and no longer once it is there."""
     plc.values, refused = dict(AT_REST), [False]

@@ -139,7 +139,7 @@ def test_a_record_that_may_not_grow_ends_no_compensation(start_box, tmp_path):
     with open(log, "w") as stderr, start_box(stderr=stderr) as box:
         until(box.record_file.exists)
         resource.prlimit(box.process.pid, resource.RLIMIT_FSIZE, (2000, 2000))
-        until(lambda: "File too large" in log.read_text())
+        until(lambda: f"{box.record_file}: rows are lost: File too large" in log.read_text())
         box.stop()
     assert box.code == 1 and "ended without any reply of the PLC" in log.read_text()  # not by a signal
     text = box.record_file.read_text()

@@ -585,8 +585,11 @@ class silence_invariant : public invariant {
     bool disturbed() const {
         // Without the reply of FC23 the box has to read back before it may write (decision 5).
         if (of_.running().fc23 && draws(of_, fault_kind::mute)) return true;
-        // A slow slave on a serial line answers readings too late as well.
-        if (draws(of_, fault_kind::slow) && !of_.box_machine.plc_device.empty()) return true;
+        // A slow slave on a serial line answers readings too late as well, and short writes take
+        // the last write away.
+        if (draws_any(of_, {fault_kind::slow, fault_kind::partial}) &&
+            !of_.box_machine.plc_device.empty())
+            return true;
         return draws_any(of_, {fault_kind::memory, fault_kind::foreign, fault_kind::reset,
                                fault_kind::plc_stop, fault_kind::loss, fault_kind::refuse,
                                fault_kind::wire, fault_kind::exception, fault_kind::stray});

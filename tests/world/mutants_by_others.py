@@ -682,8 +682,8 @@ DEFECTS_BY_OTHERS = [
     ("other-can-no-other-socket",
      "After a CAN adapter disappeared its socket is returned, but no other one is requested.",
      (LINUX + "can.c",
-      "    cb_can_leave(can);\n"
-      "    if (can->fd < 0) cb_can_want(can, true);\n",
+      "    cb_can_revoke(can); /* the kernel reports this once */\n"
+      "    (void)obey_revocation(can);\n",
       "    cb_can_leave(can);\n")),
     ("other-events-size-not-counted",
      "The file of events does not count its own lines, so it never rotates and a full disk cuts off good lines.",
@@ -792,8 +792,8 @@ DEFECTS_BY_OTHERS = [
      "A node whose heartbeat is not watched, and which only sent its boot-up message, gets the start "
      "command every second for ever",
      (SIGNALS + "canopen.c",
-      "    const bool disobeys = config->heartbeat_timeout_ms > 0 && node->state != CB_CANOPEN_UNKNOWN;",
-      "    const bool disobeys = node->state != CB_CANOPEN_UNKNOWN;")),
+      "    return watched && !runs && node->state != CB_CANOPEN_UNKNOWN;",
+      "    return !runs && node->state != CB_CANOPEN_UNKNOWN;")),
     ("other-sensors-third",
      "One sensor fewer than a third of all may be doubted where the number is a multiple of three: of "
      "three sensors none",

@@ -87,9 +87,11 @@ void cb_log_line(struct cb_log *log, int64_t now_us, const char *format, ...) {
     va_end(arguments);
 }
 
-/* out: the limit, with the allowance refilled for the elapsed time */
+/* out: the limit, with the allowance refilled for the elapsed time. Rows behind a stall come with
+ * earlier times, which take nothing back. */
 static struct cb_log_limit *refilled(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
     struct cb_log_limit *limit = &log->limits[kind];
+    if (now_us <= limit->refill_us) return limit;
     limit->lines_left += (double)(now_us - limit->refill_us) * 1e-6 * LINES_PER_S;
     if (limit->lines_left > BURST_LINES) limit->lines_left = BURST_LINES;
     limit->refill_us = now_us;

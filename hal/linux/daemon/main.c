@@ -415,7 +415,11 @@ static bool start(struct daemon *daemon) {
     cb_sample_ring_start(&daemon->loop.target.hand);
     cb_hand_start(&daemon->hand, daemon->options.measured, (uint32_t)geteuid());
     cb_hand_follow(&daemon->hand, config);
-    if (!start_feeding(daemon) || !start_loop(daemon)) return false;
+    if (!start_feeding(daemon) || !start_loop(daemon)) {
+        daemon->state.stopped = daemon->loop.resumed.stopped; /* nothing was written to the PLC */
+        write_state(daemon, cb_boottime_us());
+        return false;
+    }
     start_bus(daemon, cb_boottime_us());
     return true;
 }
@@ -425,6 +429,7 @@ static void follow_reload(struct daemon *daemon, uint32_t generation) {
     if (generation == daemon->generation) return;
     daemon->generation = generation;
     keep_config(daemon, generation);
+    daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
     cb_row_files_follow(&daemon->files, config_now(daemon));
 }
 
@@ -513,7 +518,6 @@ static void log_reload(struct daemon *daemon, int64_t now_us, const char *rest) 
 static void follow_taken(struct daemon *daemon, int64_t now_us) {
     take_rows(daemon); /* the remaining rows of the previous generation, whose box is spare now */
     follow_reload(daemon, daemon->loop.generation);
-    daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);
     if (daemon->stats.run.can_used) cb_can_sockets_renew(&daemon->can, config_now(daemon), now_us);
     start_bus(daemon, now_us);
     cb_hand_follow(&daemon->hand, config_now(daemon));
@@ -553,7 +557,6 @@ static void report_status(struct daemon *daemon) {
     const bool same = status == daemon->status && refused == daemon->status_refused;
     char text[300];
     if (daemon->stats.rows == 0 || (daemon->status_reported && same)) return;
-    if (!cb_flag_is_raised(&daemon->supervise.ready)) return;
     const unsigned function = refused == 0 ? 0 : 31u - (unsigned)__builtin_clz(refused);
     int used = snprintf(text, sizeof text, "%s: %s; revision %u", cb_mode_name(row->mode),
                         cb_reason_text(row->reason),
@@ -561,7 +564,7 @@ static void report_status(struct daemon *daemon) {
     if (refused != 0)
         snprintf(text + used, sizeof text - (size_t)used, "; the PLC does not have function %u: %s",
                  function, cb_peer_remedy((uint8_t)function));
-    cb_supervise_status(&daemon->supervise, text);
+    if (!cb_supervise_status(&daemon->supervise, text)) return;
     daemon->status = status;
     daemon->status_refused = refused;
     daemon->status_reported = true;
@@ -580,8 +583,10 @@ static void serve(struct daemon *daemon) {
         cb_can_sockets_serve(&daemon->can, config_now(daemon), cb_boottime_us());
         mind_the_bus(daemon, cb_boottime_us());
         mind_the_hand(daemon, cb_boottime_us());
-        cb_row_files_work(&daemon->files, cb_boottime_us());
-        take_rows(daemon); /* a disk may have held this thread, and rows have come meanwhile */
+        const int64_t now_us = cb_boottime_us();
+        take_rows(daemon); /* a disk may have held this thread: all rows up to now_us */
+        cb_row_files_work(&daemon->files, now_us);
+        take_rows(daemon); /* … and those that have come meanwhile */
         write_snapshot_now_and_then(daemon, cb_boottime_us());
         write_stats_now_and_then(daemon, cb_boottime_us());
         keep_state(daemon, cb_boottime_us());
@@ -594,6 +599,7 @@ static void serve(struct daemon *daemon) {
     take_rows(daemon);
     take_last_row(daemon);
     follow_reload(daemon, daemon->loop.generation);
+    if (cb_reload_taken(&daemon->reload, &daemon->loop)) log_reload(daemon, cb_boottime_us(), "");
     cb_state_take(&daemon->state, daemon->loop.box);
     daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);
     write_state(daemon, cb_boottime_us());

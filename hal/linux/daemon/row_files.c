@@ -31,12 +31,21 @@ bool cb_row_files_start(struct cb_row_files *files, const struct cb_options *opt
                                 cb_input_record_start(&files->inputs, options->inputs));
 }
 
+/* Logs the file of the black box that became whole, if one did. */
+static void log_blackbox(struct cb_row_files *files, int64_t now_us) {
+    const struct cb_blackbox *box = &files->blackbox;
+    if (box->files == files->blackbox_files) return;
+    files->blackbox_files = box->files;
+    cb_log_limited(files->log, CB_LOG_FILES, now_us, "black box: %s/%s", box->folder, box->name);
+}
+
 void cb_row_files_follow(struct cb_row_files *files, const struct cb_config *config) {
     int error = cb_record_follow(&files->record, config);
     if (error != 0)
         cb_log_limited(files->log, CB_LOG_FILES, cb_boottime_us(), "%s: cannot be written: %s",
                        files->options->record, cb_output_error(error));
     error = cb_blackbox_follow(&files->blackbox, config);
+    log_blackbox(files, cb_boottime_us());
     if (error != 0)
         cb_log_limited(files->log, CB_LOG_FILES, cb_boottime_us(), "no black box from now on: %s",
                        strerror(error));
@@ -82,10 +91,11 @@ void cb_row_files_work(struct cb_row_files *files, int64_t now_us) {
                 now_us);
     cb_record_work(&files->record, now_us);
     cb_log_file(files->log, archive->temporary, archive->error, &files->archive_error, now_us);
-    if (cb_blackbox_work(&files->blackbox, now_us))
-        cb_log_limited(files->log, CB_LOG_FILES, now_us, "black box: %s/%s", box->folder,
-                       box->name);
+    cb_blackbox_work(&files->blackbox, now_us);
+    log_blackbox(files, now_us);
     cb_log_file(files->log, box->folder, box->error, &files->blackbox_error, now_us);
+    cb_log_file(files->log, files->options->inputs, files->inputs.error, &files->inputs_error,
+                now_us);
 }
 
 bool cb_row_files_finish(struct cb_row_files *files, int64_t now_us) {
@@ -94,6 +104,7 @@ bool cb_row_files_finish(struct cb_row_files *files, int64_t now_us) {
     const int inputs_error = cb_input_record_finish(&files->inputs);
     const int blackbox_error = cb_blackbox_finish(&files->blackbox, now_us);
     const unsigned long long lost = files->record.lost;
+    log_blackbox(files, now_us);
     cb_log_file(files->log, options->blackbox, blackbox_error, &files->blackbox_error, now_us);
     if (record_error != 0)
         cb_log_line(files->log, now_us, "%s: %llu row%s could not be written: %s", options->record,

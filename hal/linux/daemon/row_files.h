@@ -21,9 +21,11 @@ struct cb_row_files {
     struct cb_record record;
     struct cb_blackbox blackbox;
     struct cb_input_record inputs;
-    int events_error;   /* errno last logged of the events … */
-    int archive_error;  /* … of the compression of old records … */
-    int blackbox_error; /* … and of the black box */
+    int events_error;        /* errno last logged of the events … */
+    int archive_error;       /* … of the compression of old records … */
+    int inputs_error;        /* … of the inputs … */
+    int blackbox_error;      /* … and of the black box … */
+    uint32_t blackbox_files; /* … of which so many files were logged */
     /* of the record: */
     bool is_failing;       /* that is the last line about it */
     uint32_t failures;     /* that were noticed … */

@@ -51,7 +51,8 @@ static void mind_times(struct cb_stop *stop, int64_t give_up_us, int64_t now_us,
 /* Thread: raises the stop, then enforces the times of cb_stop_start until cb_stop_finish. */
 static void *run(void *argument) {
     struct cb_stop *stop = argument;
-    int64_t give_up_us = 0, idle_us = 0;
+    int64_t most_us = 0, give_up_us = 0, idle_us = 0;
+    bool told = false;
     cb_settle_thread("compboxd-stop");
     while (!cb_flag_is_raised(&stop->ended)) {
         mind_signals(stop);
@@ -59,10 +60,11 @@ static void *run(void *argument) {
         const int64_t now_us = cb_boottime_us();
         if (give_up_us == 0) {
             const int64_t longest_us = cb_box_stop_us(cb_loop_box(stop->loop)) + MARGIN_US;
-            cb_supervise_stopping(stop->supervise, longest_us + CB_STOP_FILES_US + MARGIN_US);
+            most_us = longest_us + CB_STOP_FILES_US + MARGIN_US;
             give_up_us = now_us + longest_us;
             idle_us = now_us;
         }
+        if (!told) told = cb_supervise_stopping(stop->supervise, most_us);
         mind_times(stop, give_up_us, now_us, &idle_us);
     }
     return NULL;

@@ -47,10 +47,11 @@ void cb_supervise_start(struct cb_supervise *supervise) {
     unsetenv("WATCHDOG_PID");
 }
 
-static void notify(const struct cb_supervise *supervise, const char *text) {
-    if (supervise->notify_fd < 0) return;
-    (void)sendto(supervise->notify_fd, text, strlen(text), MSG_DONTWAIT | MSG_NOSIGNAL,
-                 (const struct sockaddr *)&supervise->notify_to, supervise->notify_size);
+/* out: false: it was not sent, as when the queue is full; true also where nobody asked for it */
+static bool notify(const struct cb_supervise *supervise, const char *text) {
+    return supervise->notify_fd < 0 ||
+           sendto(supervise->notify_fd, text, strlen(text), MSG_DONTWAIT | MSG_NOSIGNAL,
+                  (const struct sockaddr *)&supervise->notify_to, supervise->notify_size) >= 0;
 }
 
 int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *device, int *timeout_s) {
@@ -81,11 +82,14 @@ static void write_byte(int fd, char byte) {
 
 static void feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
     if (steps == 0) return;
-    if (!supervise->ready) notify(supervise, "READY=1");
-    cb_flag_raise(&supervise->ready);
-    if (is_due(steps, &supervise->notify_steps, now_us, &supervise->notify_fed_us,
-               supervise->notify_us))
-        notify(supervise, "WATCHDOG=1");
+    if (!supervise->ready && notify(supervise, "READY=1")) cb_flag_raise(&supervise->ready);
+    uint32_t fed_steps = supervise->notify_steps;
+    int64_t fed_us = supervise->notify_fed_us;
+    if (is_due(steps, &fed_steps, now_us, &fed_us, supervise->notify_us) &&
+        notify(supervise, "WATCHDOG=1")) {
+        supervise->notify_steps = fed_steps;
+        supervise->notify_fed_us = fed_us;
+    }
     if (is_due(steps, &supervise->watchdog_steps, now_us, &supervise->watchdog_fed_us,
                supervise->watchdog_us))
         write_byte(supervise->watchdog_fd, '\0');
@@ -109,17 +113,17 @@ int cb_supervise_run(struct cb_supervise *supervise, const uint32_t *steps) {
     return error;
 }
 
-void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us) {
+bool cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us) {
     char text[80];
     snprintf(text, sizeof text, "STOPPING=1\nEXTEND_TIMEOUT_USEC=%lld", (long long)stop_us);
-    notify(supervise, text);
+    return notify(supervise, text);
 }
 
-void cb_supervise_status(struct cb_supervise *supervise, const char *text) {
+bool cb_supervise_status(struct cb_supervise *supervise, const char *text) {
     char line[300];
-    if (!cb_flag_is_raised(&supervise->ready)) return;
+    if (!cb_flag_is_raised(&supervise->ready)) return false;
     snprintf(line, sizeof line, "STATUS=%s", text);
-    notify(supervise, line);
+    return notify(supervise, line);
 }
 
 void cb_supervise_finish(struct cb_supervise *supervise) {

@@ -40,11 +40,11 @@ int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *devic
  * READY. out: 0, or errno */
 int cb_supervise_run(struct cb_supervise *supervise, const uint32_t *steps);
 
-/* Reports a requested stop, which takes at most stop_us. */
-void cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us);
+/* Reports a requested stop, which takes at most stop_us. out: false: call it again */
+bool cb_supervise_stopping(struct cb_supervise *supervise, int64_t stop_us);
 
-/* Reports one line for `systemctl status`; nothing before READY. */
-void cb_supervise_status(struct cb_supervise *supervise, const char *text);
+/* Reports one line for `systemctl status`; nothing before READY. out: false: call it again */
+bool cb_supervise_status(struct cb_supervise *supervise, const char *text);
 
 /* Disarms the hardware watchdog, at a regular end or before the start. From any thread; the second
  * call has no effect. */

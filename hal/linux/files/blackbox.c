@@ -91,7 +91,7 @@ static int make_room(const struct cb_blackbox *box, unsigned files, int64_t byte
         if (error != 0 || all.count == 0 || (all.count <= files && all.bytes <= bytes))
             return error;
         put_path(box, path, all.oldest, "");
-        if (unlink(path) != 0) return errno;
+        if (unlink(path) != 0 && errno != ENOENT) return errno;
     }
 }
 
@@ -249,19 +249,18 @@ static bool is_due(const struct cb_blackbox *box, int64_t now_us) {
            now_us - box->begun_us >= CB_BLACKBOX_PAUSE_US;
 }
 
-bool cb_blackbox_work(struct cb_blackbox *box, int64_t now_us) {
+void cb_blackbox_work(struct cb_blackbox *box, int64_t now_us) {
     int error = 0;
-    if (box->rows == NULL || box->word == NULL) return false;
+    if (box->rows == NULL || box->word == NULL) return;
     if (box->fd < 0) {
         if (is_due(box, now_us) && (error = begin(box, now_us)) != 0) box->error = end(box, error);
-        return false;
+        return;
     }
     const int64_t last_us = last_time(box);
     error = write_slice(box, last_us);
     const bool more = box->next < box->added || now_us < last_us + 1000000;
-    if (error == EAGAIN && more) return false;
+    if (error == EAGAIN && more) return;
     box->error = end(box, error == EAGAIN ? 0 : error); /* EAGAIN: the loop has ended */
-    return box->error == 0;
 }
 
 /* Writes what is pending up to the last row. */

@@ -27,7 +27,7 @@ struct cb_blackbox {
     const char *folder; /* NULL: there is none */
     int64_t most_bytes; /* of all files */
     int error;          /* errno of the last file; 0: it is whole */
-    uint32_t files;     /* written by this run */
+    uint32_t files;     /* written by this run; the last one is `name` */
     /* ---- the ring; rows have numbers from 0 */
     unsigned char *rows;
     uint32_t capacity;
@@ -64,9 +64,8 @@ void cb_blackbox_add(struct cb_blackbox *box, const struct cb_config *config,
 /* An event on request; it waits for no pause. */
 void cb_blackbox_request(struct cb_blackbox *box, int64_t now_us);
 
-/* Call it regularly: begins a file that is due, or writes a slice of it.
- * out: a file became whole: its name is in `name` */
-bool cb_blackbox_work(struct cb_blackbox *box, int64_t now_us);
+/* Call it regularly: begins a file that is due, or writes a slice of it. */
+void cb_blackbox_work(struct cb_blackbox *box, int64_t now_us);
 
 /* Writes what is pending. out: 0, or errno of the last file */
 int cb_blackbox_finish(struct cb_blackbox *box, int64_t now_us);

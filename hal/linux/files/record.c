@@ -17,9 +17,12 @@ static void note_failure(struct cb_record *record, int error) {
     record->failures++;
 }
 
-/* Removes the part of a line that was written before an error. out: false: it is still there */
+/* Removes the part of a line that was written before an error; in a stream it becomes a line of its
+ * own. out: false: it is still there */
 static bool cut_torn(struct cb_record *record) {
-    if (record->is_torn)
+    if (record->is_torn && record->is_stream)
+        record->is_torn = cb_output_write(record->fd, "\n", 1) != 1;
+    else if (record->is_torn)
         record->is_torn = ftruncate(record->fd, record->whole_size) != 0 ||
                           lseek(record->fd, record->whole_size, SEEK_SET) < 0;
     return !record->is_torn;
@@ -27,12 +30,13 @@ static bool cut_torn(struct cb_record *record) {
 
 /* out: whether all is in the file; else nothing of it, but for what cut_torn() has yet to remove */
 static bool append(struct cb_record *record, const char *text, size_t bytes) {
-    if (cut_torn(record) && cb_output_write(record->fd, text, bytes) == bytes) {
+    const size_t done = cut_torn(record) ? cb_output_write(record->fd, text, bytes) : 0;
+    if (done == bytes) {
         record->whole_size += (int64_t)bytes;
         return true;
     }
     note_failure(record, errno);
-    record->is_torn = !record->is_stream;
+    record->is_torn |= done > 0;
     cut_torn(record);
     return false;
 }
@@ -141,14 +145,23 @@ static int another_file(struct cb_record *record) {
     return error;
 }
 
+/* Behind a power cut a start goes on with the time of the last row that is on the disk. */
+static void sync_first_rows(struct cb_record *record) {
+    if (fsync(record->fd) != 0) note_failure(record, errno);
+    cb_output_sync_folder(record->path);
+}
+
 void cb_record_flush(struct cb_record *record) {
     record->wall_us = cb_unix_us() - cb_boottime_us();
     if (record->fd < 0 || record->used == 0) return;
     const int64_t bytes = record->whole_size + (int64_t)record->used;
     if (bytes > cb_archive_piece(&record->archive) && !record->is_stream) another_file(record);
+    const bool first = record->whole_size == (int64_t)record->header_used;
     if (record->fd < 0 || !append(record, record->buffer, record->used)) {
         record->lost += record->waiting;
         record->rows -= record->waiting;
+    } else if (first && !record->is_stream) {
+        sync_first_rows(record);
     }
     record->used = 0;
     record->waiting = 0;

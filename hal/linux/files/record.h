@@ -2,7 +2,7 @@
  * The rows as CSV (row_text.h), kept across restarts. A start goes on behind the last row of the
  * file. A file with other columns, or one whose last row is later than the wall clock is now, is
  * kept as PATH.1 (archive.h), and another one begins. The file holds only whole lines at any time;
- * a start cuts what a power cut has torn. */
+ * a start cuts what a power cut has torn. A stream keeps a torn line, as a line of its own. */
 #ifndef COMPBOX_HAL_LINUX_FILES_RECORD_H
 #define COMPBOX_HAL_LINUX_FILES_RECORD_H
 
@@ -40,7 +40,7 @@ struct cb_record {
     uint32_t waiting;       /* rows in the buffer */
     size_t used;            /* bytes in the buffer */
     int64_t whole_size;     /* bytes of whole lines in the file … */
-    bool is_torn;           /* … behind which a part of one is yet to be cut off */
+    bool is_torn;           /* … behind which a part of one is yet to be cut off, or ended */
     size_t header_used;     /* bytes in … */
     unsigned values;        /* of a row */
     char header[CB_ROW_TEXT];
@@ -62,8 +62,8 @@ int cb_record_follow(struct cb_record *record, const struct cb_config *config);
 void cb_record_add(struct cb_record *record, const struct cb_config *config,
                    const struct cb_row *row);
 
-/* Writes the buffer, and takes the present wall clock for the next rows. Rows that do not fit on
- * the disk are counted in `lost`. */
+/* Writes the buffer, and takes the present wall clock for the next rows. A file's first rows are on
+ * the disk before the call returns. Rows that do not fit on the disk are counted in `lost`. */
 void cb_record_flush(struct cb_record *record);
 
 /* Call it regularly: compresses a slice of an old file. If the file could not be begun, tries again

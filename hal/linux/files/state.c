@@ -362,12 +362,12 @@ static void report_ending(bool stopped, char *message, size_t size) {
 }
 
 /* out: bytes read, more than a whole file has if it is too long; -1 with errno */
-static ssize_t read_bytes(const char *path, struct file *file) {
+static long read_bytes(const char *path, struct file *file) {
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW |
                             O_NONBLOCK); /* a pipe would wait for its writer */
     if (fd < 0) return -1;
     memset(file, 0, sizeof *file);
-    const ssize_t size = read(fd, file, sizeof *file);
+    const long size = cb_read_to_end(fd, (char *)file, sizeof *file);
     close(fd);
     return size;
 }
@@ -465,7 +465,7 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
                    const struct cb_state_clock *now, char *message, size_t size) {
     struct file file;
     memset(state, 0, sizeof *state);
-    const ssize_t length = read_bytes(path, &file);
+    const long length = read_bytes(path, &file);
     if (length < 0) {
         snprintf(message, size, "%s: %s, so lags start steady", path,
                  errno == ENOENT ? "is not there yet" : cb_output_error(errno));
@@ -497,7 +497,7 @@ bool cb_state_read(struct cb_state *state, const struct cb_config *config, const
 
 bool cb_state_last_run(struct cb_last_run *ran, const char *path) {
     struct file file;
-    const ssize_t length = read_bytes(path, &file);
+    const long length = read_bytes(path, &file);
     if (length < 0 || fault_of(&file, (size_t)length) != NULL) return false;
     memcpy(ran->machine, file.header.machine, sizeof ran->machine);
     ran->machine[sizeof ran->machine - 1] = '\0';

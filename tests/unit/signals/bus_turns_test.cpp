@@ -47,6 +47,13 @@ struct rig {
         return {unit, request.read_start, request.read_count};
     }
 
+    // The same, and the module answers.
+    std::vector<int> next_answered(std::int64_t now_us) {
+        const auto request = next(now_us);
+        cb_bus_turns_refused(&turns);
+        return request;
+    }
+
     std::vector<cb_sample> take(const std::vector<std::uint16_t> &registers, std::size_t max = 64) {
         std::vector<cb_sample> samples(max);
         samples.resize(
@@ -65,9 +72,9 @@ TEST(bus_turns, registers_side_by_side_are_one_request_and_gaps_are_not_read) {
     r.add(1, 7);
     r.add(1, 8, CB_NUMBER_INT16, CB_SOURCE_PLC);  // not on the bus
     r.start();
-    EXPECT_EQ(r.next(0), (std::vector<int>{1, 5, 3}));
-    EXPECT_EQ(r.next(0), (std::vector<int>{2, 10, 2}));
-    EXPECT_EQ(r.next(0), (std::vector<int>{2, 13, 1}));
+    EXPECT_EQ(r.next_answered(0), (std::vector<int>{1, 5, 3}));
+    EXPECT_EQ(r.next_answered(0), (std::vector<int>{2, 10, 2}));
+    EXPECT_EQ(r.next_answered(0), (std::vector<int>{2, 13, 1}));
     EXPECT_EQ(r.next(0), (std::vector<int>{0, 0, 0}));
 }
 
@@ -76,7 +83,7 @@ TEST(bus_turns, a_request_has_at_most_125_registers) {
     for (std::uint16_t i = 0; i < 64; ++i)
         r.add(1, static_cast<std::uint16_t>(2 * i), CB_NUMBER_INT32);
     r.start();
-    EXPECT_EQ(r.next(0), (std::vector<int>{1, 0, 124}));
+    EXPECT_EQ(r.next_answered(0), (std::vector<int>{1, 0, 124}));
     EXPECT_EQ(r.next(0), (std::vector<int>{1, 124, 4}));
 }
 
@@ -159,6 +166,37 @@ TEST(bus_turns, a_silent_module_costs_the_others_little) {
     EXPECT_NEAR(before[2], 4800, 2);
     EXPECT_NEAR(during[2], 4800 / 32, 10);
     EXPECT_GE(after[2], 4800 - 33);
+}
+
+// Its reply may still come, and nothing in it tells which registers it is of.
+TEST(bus_turns, behind_a_request_without_a_reply_its_module_is_left_alone) {
+    rig r(500);
+    for (const int reg : {0, 3, 6}) r.add(1, static_cast<std::uint16_t>(reg));
+    r.add(2, 0);
+    r.start();
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 0, 1}));
+    EXPECT_EQ(r.next_answered(70 * ms), (std::vector<int>{2, 0, 1}));
+    EXPECT_EQ(r.next(569 * ms), (std::vector<int>{0, 0, 0}));
+    EXPECT_EQ(r.next_answered(570 * ms), (std::vector<int>{1, 0, 1}));
+    EXPECT_EQ(r.next_answered(571 * ms), (std::vector<int>{1, 3, 1}));
+    EXPECT_EQ(r.next(572 * ms), (std::vector<int>{1, 6, 1}));
+    r.take({1});
+    EXPECT_EQ(r.next_answered(573 * ms), (std::vector<int>{2, 0, 1}));
+    EXPECT_EQ(r.next(1070 * ms), (std::vector<int>{1, 0, 1})) << "no reply is missing";
+}
+
+TEST(bus_turns, a_line_that_is_back_has_every_module_due) {
+    rig r(60000);
+    for (const int reg : {0, 3}) r.add(1, static_cast<std::uint16_t>(reg));
+    r.add(2, 0);
+    r.start();
+    EXPECT_EQ(r.next_answered(0), (std::vector<int>{1, 0, 1}));
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 3, 1}));
+    cb_bus_turns_line_is_back(&r.turns, 5 * ms);
+    EXPECT_EQ(r.next_answered(5 * ms), (std::vector<int>{2, 0, 1}));
+    EXPECT_EQ(r.next_answered(5 * ms), (std::vector<int>{1, 0, 1}));
+    EXPECT_EQ(r.next_answered(5 * ms), (std::vector<int>{1, 3, 1}));
+    EXPECT_EQ(r.next(5 * ms), (std::vector<int>{0, 0, 0}));
 }
 
 TEST(bus_turns, a_bus_without_signals_is_never_due) {

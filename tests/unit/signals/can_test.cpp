@@ -289,11 +289,24 @@ TEST_F(canopen, after_the_bus_was_away_nodes_are_commanded_anew) {
     EXPECT_EQ(due(2 * s), "2") << "node 1 says that it runs";
 }
 
+// Nobody knows whether it still does: its heartbeat need not come again.
+TEST_F(canopen, an_unwatched_node_that_ran_before_the_bus_was_away_is_commanded_anew) {
+    due(0);
+    hear(2, 5, s);
+    EXPECT_EQ(due(2 * s), "");
+    cb_canopen_bus_is_back(nodes);
+    EXPECT_EQ(due(3 * s), "12");
+    EXPECT_EQ(due(9 * s), "");
+}
+
 TEST_F(canopen, what_could_not_be_sent_is_due_again) {
     EXPECT_EQ(due(0), "12");
     cb_canopen_not_sent(&config, nodes, &last);
+    EXPECT_EQ(nodes[0].starts, 1u);
+    EXPECT_EQ(nodes[1].starts, 0u);
     EXPECT_EQ(due(s / 2), "");
     EXPECT_EQ(due(s), "2");
+    EXPECT_EQ(nodes[1].starts, 1u);
 }
 
 TEST_F(canopen, other_frames_are_none_of_it) {

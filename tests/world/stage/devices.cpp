@@ -34,7 +34,9 @@ class watchdog : public open_file {
 class supervisor : public open_file {
   public:
     supervisor(listener notified, std::function<bool(const std::string &)> is_up)
-        : notified_(std::move(notified)), is_up_(std::move(is_up)) {}
+        : notified_(std::move(notified)), is_up_(std::move(is_up)) {
+        path = "systemd";
+    }
     int control(unsigned long request, void *argument) override {
         if (request != SIOCGIFFLAGS) return -ENOTTY;
         ifreq &query = *static_cast<ifreq *>(argument);

@@ -48,7 +48,7 @@ call_fate call_failures::at_call(const call_site &site) {
         met(site);
         call_fate fate;
         fate.error = one.error;
-        if (one.error == 0) fate.delay_ns = 1000000 * second;
+        fate.delay_ns = one.lasts_ns;
         return fate;
     }
     return {};
@@ -190,7 +190,8 @@ void stage::set_clock(const json &arguments, json &) {
 void stage::fail(const json &arguments, json &) {
     failures_.rules.push_back({arguments.at(0).get<std::string>(),
                                arguments.at(1).get<std::string>(), arguments.at(2).get<int>(),
-                               arguments.at(3).get<int>(), arguments.at(4).get<int>()});
+                               arguments.at(3).get<time_ns>(), arguments.at(4).get<int>(),
+                               arguments.at(5).get<int>()});
 }
 
 void stage::heal(const json &, json &) {

@@ -23,9 +23,10 @@ class call_failures : public call_faults {
   public:
     struct rule {
         std::string call, path;  // of libc; "" for any path, else a part of it
-        int error = 0;           // errno; 0: the call never returns
-        int times = -1;          // how often; -1: always
-        int skipped = 0;         // so many such calls work before
+        int error = 0;           // errno; 0: the call lasts this long
+        time_ns lasts_ns = 0;
+        int times = -1;   // how often; -1: always
+        int skipped = 0;  // so many such calls work before
     };
     std::vector<rule> rules;
     std::function<void(const call_site &)> met;  // a rule applied

@@ -46,6 +46,11 @@ struct linux_can : ::testing::Test {
     void controller_says(uint32_t what, int detail = 0) {
         send(CAN_ERR_FLAG | what, {0, detail, 0, 0, 0, 0, 0, 0});
     }
+    // As the loop does with an offered socket: behind a cycle in which the old one was empty.
+    void take_offer() {
+        EXPECT_FALSE(cb_can_receive(&can, &frame, cb_boottime_us()));
+        EXPECT_FALSE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    }
     cb_can can;
     int bus, box;
     cb_can_frame frame = {};
@@ -155,6 +160,18 @@ TEST_F(linux_can, a_frame_is_as_old_as_the_kernel_says) {
     EXPECT_LE(frame.time_us, 3600000000) << "not younger than now";
 }
 
+TEST_F(linux_can, a_frame_that_waited_in_a_socket_since_its_offer_is_as_old) {
+    const int on = 1;
+    ASSERT_EQ(setsockopt(box, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    cb_can_offer(&can, box);
+    send(0x181, {1});
+    const int64_t after_us = cb_boottime_us();
+    usleep(20000);
+    ASSERT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_LE(frame.time_us, after_us + 1000);
+    EXPECT_GE(frame.time_us, can.offered_us);
+}
+
 TEST_F(linux_can, an_interface_that_is_up_again_is_noticed_without_a_frame) {
     cb_can_offer(&can, box);
     EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
@@ -251,6 +268,25 @@ TEST_F(linux_can, a_socket_that_fails_is_given_back_and_another_asked_for) {
     EXPECT_EQ(can.state, CB_CAN_UP);
 }
 
+// Its error comes once. The socket is given back as soon as the one before it is closed.
+TEST_F(linux_can, a_socket_that_fails_while_another_waits_to_be_closed_is_given_back_later) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    can.returned = 1000;
+    const int kept = dup(can.fd);
+    close(can.fd);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.counters.socket_errors, 1u);
+    EXPECT_EQ(dup2(kept, can.fd), can.fd);
+    close(kept);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.fd, box);
+    can.returned = -1;
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    EXPECT_EQ(can.returned, box);
+    EXPECT_TRUE(cb_can_wanted(&can));
+}
+
 // The kernel hands out whole frames alone.
 TEST_F(linux_can, a_part_of_a_frame_is_none) {
     cb_can_offer(&can, box);
@@ -272,7 +308,7 @@ TEST_F(linux_can, a_new_socket_of_a_bus_that_is_off_does_not_say_that_it_is_up) 
     int pair[2];
     ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
     cb_can_offer(&can, pair[1]);
-    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    take_offer();
     EXPECT_EQ(can.fd, pair[1]);
     EXPECT_EQ(can.state, CB_CAN_BUS_OFF);
     EXPECT_FALSE(cb_can_came_back(&can));
@@ -289,7 +325,7 @@ TEST_F(linux_can, a_new_socket_replaces_the_old_one_which_is_closed) {
     int pair[2];
     ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
     cb_can_offer(&can, pair[1]);
-    cb_can_receive(&can, &frame, 0);
+    take_offer();
     EXPECT_EQ(can.fd, pair[1]);
     EXPECT_EQ(can.returned, box);
     cb_can_tidy(&can);
@@ -304,14 +340,39 @@ TEST_F(linux_can, a_third_socket_waits_until_the_first_one_is_closed) {
     EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
     const int second = dup(box), third = dup(box);
     cb_can_offer(&can, second);
-    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    take_offer();
     cb_can_offer(&can, third);
-    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    take_offer();
     EXPECT_EQ(can.fd, second);
     EXPECT_EQ(can.offered, third);
     cb_can_tidy(&can);
-    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    take_offer();
     EXPECT_EQ(can.fd, third);
+}
+
+// A boot-up message among them starts a node.
+TEST_F(linux_can, a_new_socket_follows_the_last_frame_of_before_it) {
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, 0));
+    const int64_t before_us = cb_boottime_us();
+    send(0x705, {0});
+    send(0x181, {1});
+    int pair[2];
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    cb_can_offer(&can, pair[1]);
+    for (const uint32_t id : {0x705u, 0x181u}) {
+        ASSERT_TRUE(cb_can_receive(&can, &frame, before_us));
+        EXPECT_EQ(frame.id, id);
+    }
+    send(0x182, {2});  // the new one has it, too
+    ASSERT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_EQ(can.fd, box);
+    can_frame raw = {};
+    raw.can_id = 0x182;
+    ASSERT_EQ(write(pair[0], &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    EXPECT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_EQ(can.fd, pair[1]) << "without an end of the frames on the old one";
+    close(pair[0]);
 }
 
 TEST(linux_can_open, tells_why_it_cannot) {

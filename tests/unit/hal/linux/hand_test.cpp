@@ -9,9 +9,11 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/config_fixture.h"
+#include "tests/support/short_reads.h"
 #include "tests/support/temporary.h"
 
 extern "C" {
@@ -106,6 +108,32 @@ TEST_F(Hand, ALineIsOneMeasurement) {
     EXPECT_EQ(samples()[1].raw, 3.0f);
 }
 
+// A count tells the box that there is another value.
+TEST_F(Hand, ACountComesBehindItsValueWhateverTheOrderOfTheSignals) {
+    std::swap(config->signals[0], config->signals[1]);
+    const auto got = samples();
+    ASSERT_EQ(got.size(), 2u);
+    EXPECT_EQ(got[0].signal, 1) << "the value";
+    EXPECT_EQ(got[1].signal, 0);
+}
+
+TEST_F(Hand, ACountWhoseValueFindsNoRoomWaitsForIt) {
+    std::swap(config->signals[0], config->signals[1]);
+    for (int i = 1; i < CB_RING_SAMPLES; ++i) cb_sample_ring_put(&ring, {9, 0.0f, 0}, 7);
+    cb_hand_put(&hand, config.get(), 7, &ring, now_us);
+    cb_sample list[CB_RING_SAMPLES];
+    ASSERT_EQ(cb_sample_ring_take(&ring, 7, list, CB_RING_SAMPLES), std::size_t{CB_RING_SAMPLES});
+    EXPECT_EQ(list[CB_RING_SAMPLES - 1].signal, 1) << "the value";
+}
+
+TEST_F(Hand, AFileThatComesInPartsIsWhole) {
+    look();
+    replace("X 4.2 1 1790000000\n");
+    short_reads::most = 5;
+    EXPECT_EQ(look(), "measured by hand: X 4.2 um is taken");
+    short_reads::most = SIZE_MAX;
+}
+
 TEST_F(Hand, WhatTheFileHasAtTheStartIsNoMeasurement) {
     replace("X 4.2 1 1790000000\n");
     EXPECT_EQ(look(), "");
@@ -123,7 +151,7 @@ TEST_F(Hand, AnotherNameIsKeptApart) {
     EXPECT_EQ(look(), "measured by hand: X 4.2 um is taken; measured by hand: Z -3.5 um is taken");
     const auto got = samples();
     ASSERT_EQ(got.size(), 3u);
-    EXPECT_EQ(got[2].raw, -3.5f);
+    EXPECT_EQ(got[1].raw, -3.5f);
     replace("X 4.2 1 1790000000\nQ 1 1 1790000000\n");
     EXPECT_EQ(
         look(),

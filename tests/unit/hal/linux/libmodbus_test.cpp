@@ -54,6 +54,8 @@ class loop {
         cycle now = {};
         now.at_us = cb_boottime_us();
         now.read = cb_libmodbus_read(client.get(), 8, 2, now.registers);
+        uint16_t held[2];
+        if (reads_back) cb_libmodbus_read(client.get(), 100, 2, held);
         now.handed = cb_libmodbus_handed(client.get());
         if (at_handed) at_handed(now);
         const uint16_t block[2] = {++cycles, cycles};
@@ -81,6 +83,7 @@ class loop {
 
     std::function<void(const cycle &)> at_handed;  // before the cycle posts
     int64_t due_us = period_us;                    // from the post to the next tick
+    bool reads_back = false;
     std::unique_ptr<cb_libmodbus> client = std::make_unique<cb_libmodbus>();
     std::unique_ptr<cb_tcp> shown = std::make_unique<cb_tcp>();
     uint16_t cycles = 0;
@@ -147,15 +150,21 @@ TEST(libmodbus, a_write_is_reported_in_the_next_cycle_with_the_time_of_its_reply
     box.until(false, [&](const cycle &) { return box.shown->counters.replies >= 1; });
 }
 
-// Also the readings behind it, which wait for the end of the period, do not delay the report.
+// Also the readings behind it, which wait for the end of the period, do not delay the report. With
+// fc23 the read-back follows it.
 TEST(libmodbus, a_write_is_reported_while_the_reading_behind_it_is_pending) {
-    server plc([](peer &p) {
-        for (bytes r = p.request(); !r.empty(); r = p.request())
-            if (r[7] == 16) p.reply(two_written(r));
-    });
-    loop box(plc.port());
-    const cycle done = box.until_fate(CB_TRANSFER_OK);
-    EXPECT_NE(done.read, CB_TRANSFER_OK);
+    for (const cb_exchange exchange : {CB_EXCHANGE_FC3_FC16, CB_EXCHANGE_FC23}) {
+        server plc([](peer &p) {
+            for (bytes r = p.request(); !r.empty(); r = p.request()) {
+                if (r[7] == 16) p.reply(two_written(r));
+                if (r[7] == 23) p.reply({r[0], r[1], 0, 0, 0, 7, r[6], 23, 4, 0, 1, 0, 2});
+            }
+        });
+        loop box(plc.port(), exchange);
+        box.reads_back = true;
+        const cycle done = box.until_fate(CB_TRANSFER_OK);
+        EXPECT_NE(done.read, CB_TRANSFER_OK);
+    }
 }
 
 // Each write carries the number of its cycle, so the server knows those that arrived.
@@ -322,6 +331,26 @@ TEST(libmodbus, leaving_ends_the_stream_behind_the_pending_write) {
     box.until(false, [&](const cycle &) { return box.shown->link.connects >= 2; });
     EXPECT_EQ(end, 0);
     EXPECT_EQ(box.shown->link.cause, CB_LINK_CAUSE_LEFT);
+}
+
+// The connection with that write is lost by then. The next one has nothing to leave.
+TEST(libmodbus, leaving_behind_a_connection_that_is_lost_keeps_the_next_one) {
+    server plc([](peer &p) {
+        if (p.number > 0) return serve(p);
+        for (bytes r = p.request(); r[7] != 16; r = p.request()) p.reply(reply_to(r));
+    });
+    loop box(plc.port());
+    bool left = false;
+    box.at_handed = [&](const cycle &c) {
+        if (left || c.handed.write != CB_TRANSFER_UNKNOWN || !box.client->fresh) return;
+        cb_libmodbus_leave(box.client.get());
+        left = true;
+    };
+    box.until(true, [&](const cycle &) { return left; });
+    box.until_fate(CB_TRANSFER_OK);
+    box.until_read();
+    EXPECT_EQ(box.shown->link.connects, 2u);
+    EXPECT_EQ(box.shown->link.cause, CB_LINK_CAUSE_PEER);
 }
 
 // A PLC that ends the stream and then resets it: the next request has no receiver.

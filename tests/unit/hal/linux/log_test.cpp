@@ -64,6 +64,20 @@ struct log_lines : ::testing::Test {
     std::unique_ptr<cb_can_config> config = std::make_unique<cb_can_config>();
 };
 
+// The thread was held: it looks at the clock, and then takes the rows of meanwhile.
+TEST_F(log_lines, rows_that_are_older_than_the_last_look_take_no_allowance_back) {
+    start();
+    for (int i = 0; i < 40; ++i) {
+        row->mode = i % 2 ? CB_MODE_ACTIVE : CB_MODE_HOLD;
+        step(i * 1000);
+    }
+    cb_log_catch_up(log.get(), 60 * s, false);
+    log_text();
+    row->mode = CB_MODE_FAULT;
+    step(1 * s);
+    EXPECT_EQ(count(log_text(), "FAULT: "), 1u);
+}
+
 // A node that flickers for ten seconds; in the middle the box changes its mode.
 TEST_F(log_lines, a_bus_that_flickers_hides_no_change_of_mode) {
     start();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -23,6 +24,18 @@ extern "C" {
 #include "firmware/terms/kinds.h"
 #include "hal/linux/files/record.h"
 #include "hal/linux/files/row_sigma.h"
+}
+
+namespace {
+std::vector<ino_t> synced;  // files, and their folders
+}  // namespace
+
+// In place of the C library's.
+extern "C" int fsync(int fd) {
+    struct stat of = {};
+    fstat(fd, &of);
+    synced.push_back(of.st_ino);
+    return static_cast<int>(syscall(SYS_fsync, fd));
 }
 
 namespace {
@@ -370,6 +383,44 @@ TEST(record, a_pipe_keeps_its_place_whatever_its_limit) {
     EXPECT_EQ(std::count(text, text + sizeof text, '\n'), 4);
     EXPECT_TRUE(std::filesystem::is_fifo(f.path));
     close(reader);
+}
+
+// The reader of the pipe was slow: the end of a row found no room.
+TEST(record, a_row_behind_a_torn_one_begins_a_line_of_a_pipe) {
+    files f;
+    ASSERT_EQ(mkfifo(f.path.c_str(), 0600), 0);
+    const int reader = open(f.path.c_str(), O_RDONLY | O_NONBLOCK);
+    ASSERT_EQ(fcntl(reader, F_SETPIPE_SZ, 4096), 4096);
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 150; ++i) f.add(second);
+    cb_record_flush(f.record.get());
+    EXPECT_EQ(f.record->lost, 150u);
+    char part[5000];
+    std::string text(part, static_cast<std::size_t>(read(reader, part, sizeof part)));
+    f.add(2 * second);
+    EXPECT_EQ(cb_record_finish(f.record.get()), EAGAIN);
+    text.append(part, static_cast<std::size_t>(read(reader, part, sizeof part)));
+    EXPECT_EQ(text.substr(text.rfind('\n', text.size() - 2), 10), "\n1.000000,");
+    close(reader);
+}
+
+// Without rows a start behind a power cut would begin at 0.
+TEST(record, the_first_rows_of_a_file_are_on_the_disk) {
+    files f;
+    f.most_bytes = 1600;  // a file has 200 bytes: four rows
+    ASSERT_EQ(f.start(), 0);
+    for (int i = 0; i < 10; ++i) {
+        synced.clear();
+        f.add(i * second);
+        cb_record_flush(f.record.get());
+        struct stat file = {}, folder = {};
+        ASSERT_EQ(stat(f.path.c_str(), &file), 0);
+        ASSERT_EQ(stat(std::filesystem::path(f.path).parent_path().c_str(), &folder), 0);
+        EXPECT_EQ(std::count(synced.begin(), synced.end(), file.st_ino), i % 4 == 0) << i;
+        EXPECT_EQ(!synced.empty() && synced.back() == folder.st_ino, i % 4 == 0) << i;
+    }
+    EXPECT_EQ(cb_record_finish(f.record.get()), 0);
+    EXPECT_EQ(f.lines(".1").size(), 5u);
 }
 
 TEST(record, rows_behind_a_file_that_cannot_follow_are_lost) {

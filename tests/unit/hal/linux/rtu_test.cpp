@@ -426,6 +426,21 @@ TEST_F(rtu, a_line_that_is_never_silent_is_not_waited_for_beyond_the_deadline) {
     EXPECT_EQ(read_until_good(c), CB_TRANSFER_OK);
 }
 
+// They may have been a reply, and more may follow.
+TEST_F(rtu, bytes_before_a_request_that_is_not_sent_are_counted_and_leave_a_doubt) {
+    slave plc([](slave &s, const bytes &request, int number) {
+        behave(s, request, number);
+        for (int i = 0; number == 1 && i < 100; ++i, sleep_ms(1)) s.send({0x55});
+    });
+    client c(plc);
+    EXPECT_EQ(c.read(), CB_TRANSFER_OK);
+    EXPECT_EQ(c.read(30), CB_TRANSFER_FAILED);
+    EXPECT_EQ(plc.requests(), 1);
+    EXPECT_GE(c.rtu.counters.noise_bytes, CB_RTU_MIN_FRAME + 0u);
+    EXPECT_EQ(c.rtu.counters.stray_replies, 1u);
+    EXPECT_TRUE(c.rtu.dialog.doubtful);
+}
+
 TEST_F(rtu, a_device_that_is_unplugged_in_the_wait_for_a_reply_ends_it) {
     slave plc([](slave &s, const bytes &request, int number) {
         if (number == 1)
@@ -515,6 +530,18 @@ TEST_F(rtu, a_line_has_one_master) {
     const cb_serial_opened third = cb_serial_open(&config);
     ASSERT_GE(third.fd, 0) << strerror(third.error);
     cb_serial_shut(third.fd);
+}
+
+// The transmitter would stay off, or on.
+TEST_F(rtu, a_driver_without_rs485_mode_is_refused_where_the_file_wants_it) {
+    slave plc(behave);
+    cb_serial_config config = config_of(plc);
+    config.rs485 = true;
+    const cb_serial_opened got = cb_serial_open(&config);
+    EXPECT_LT(got.fd, 0);
+    EXPECT_STREQ(cb_serial_error(got.error),
+                 "its driver has no RS-485 mode: leave rs485 out, or use an adapter that switches "
+                 "by itself");
 }
 
 TEST_F(rtu, something_else_than_a_serial_device_is_refused) {

@@ -16,6 +16,7 @@
 #include "tests/support/bank_rig.h"
 #include "tests/support/box_fixture.h"
 #include "tests/support/probe_rig.h"
+#include "tests/support/short_reads.h"
 #include "tests/support/temporary.h"
 
 extern "C" {
@@ -23,15 +24,15 @@ extern "C" {
 #include "hal/linux/files/state.h"
 }
 
-namespace {
-std::size_t most_read = SIZE_MAX;  // by one call
-std::size_t left = SIZE_MAX;       // until the end of what is read
-}  // namespace
+std::size_t short_reads::most = SIZE_MAX;
+std::size_t short_reads::left = SIZE_MAX;
 
-// In place of the C library's: reads may be short.
+// In place of the C library's.
 extern "C" ssize_t read(int fd, void *to, size_t count) {
-    const ssize_t got = syscall(SYS_read, fd, to, std::min({count, most_read, left}));
-    if (got > 0 && left != SIZE_MAX) left -= static_cast<std::size_t>(got);
+    const ssize_t got =
+        syscall(SYS_read, fd, to, std::min({count, short_reads::most, short_reads::left}));
+    if (got > 0 && short_reads::left != SIZE_MAX)
+        short_reads::left -= static_cast<std::size_t>(got);
     return got;
 }
 
@@ -403,22 +404,32 @@ TEST_F(state_file, a_boot_without_an_id_is_another_one) {
     EXPECT_TRUE(reports("unknown")) << message;
 }
 
+// A part would be damaged: lags would start steady.
+TEST_F(state_file, that_comes_in_parts_is_whole) {
+    const box_rig rig = warm();
+    save(rig, 1000 * second);
+    short_reads::most = 100;
+    EXPECT_TRUE(read(rig.box->config, 3 * second, 1001 * second)) << message;
+    short_reads::most = SIZE_MAX;
+    EXPECT_EQ(settled(), 3u) << message;
+}
+
 // A part of the id is that of no boot: the pause would be measured by the wall clock.
 TEST_F(state_file, a_boot_id_that_comes_in_parts_is_whole) {
     cb_state_clock at_once, in_parts;
     cb_state_clock_read(&at_once);
-    most_read = 7;
+    short_reads::most = 7;
     cb_state_clock_read(&in_parts);
-    most_read = SIZE_MAX;
+    short_reads::most = SIZE_MAX;
     EXPECT_STREQ(in_parts.boot_id, at_once.boot_id);
 }
 
 TEST_F(state_file, a_boot_id_without_its_end_is_none) {
     for (const std::size_t length : {0u, 7u, 36u}) {
         cb_state_clock clock;
-        left = length;
+        short_reads::left = length;
         cb_state_clock_read(&clock);
-        left = SIZE_MAX;
+        short_reads::left = SIZE_MAX;
         EXPECT_STREQ(clock.boot_id, "") << length;
     }
 }

@@ -252,6 +252,19 @@ TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
     EXPECT_TRUE(the_port.sent.empty());
 }
 
+// They may have been a reply, and more may follow.
+TEST(wire, a_frames_worth_of_bytes_before_a_request_that_is_not_sent_leaves_a_doubt) {
+    for (const bool wary : {false, true}) {
+        rig r;
+        r.wire.wary = wary;
+        for (int i = 0; i < 30; ++i) r.receive({0x55}, the_port.now_us + 1000 * i);
+        r.send(20000);
+        r.run();
+        EXPECT_EQ(r.wire.end, wary ? CB_RTU_END_STRAY : CB_RTU_END_NOT_SENT);
+        EXPECT_TRUE(the_port.sent.empty());
+    }
+}
+
 TEST(wire, no_answer_ends_with_the_time) {
     rig r;
     r.send(20000);
