@@ -85,6 +85,7 @@ class can_socket : public open_file {
     }
     long send(const void *from, std::size_t count) override {
         if (of_.state_ != can_bus::interface_state::up) return -ENETDOWN;
+        if (of_.of_.time.now() < of_.full_until_ns) return -ENOBUFS;
         can_frame frame;
         if (count != sizeof frame) return -EINVAL;
         std::memcpy(&frame, from, sizeof frame);
@@ -241,7 +242,7 @@ void can_bus::send_heartbeats(std::size_t node) {
     can_node &of = nodes[node];
     if (of.heartbeat == 0) return;
     of_.time.at(of_.time.now() + of.heartbeat, [this, node] { send_heartbeats(node); });
-    if (of.silent || of.operational) of.waits = 0;
+    if (of.silent || of.operational || of_.time.now() < full_until_ns) of.waits = 0;
     if (of.silent) return;
     of.waits += !of.operational;
     can_frame frame = {};

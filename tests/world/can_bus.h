@@ -53,6 +53,7 @@ class can_bus {
     interface_state state() const { return state_; }
     time_ns changed_ns = 0;     // the state, last
     time_ns on_the_bus_ns = 0;  // since then the controller of the box is; nobody hears it before
+    time_ns full_until_ns = 0;  // nobody acknowledges what the box sends, and its queue is full
     // A frame on the bus, an error frame too: all sockets with a fitting filter get it.
     void put(const can_frame &frame);
     void reboot(std::size_t node);  // it boots and waits for its start again

@@ -104,7 +104,13 @@ void fault_injector::plan_wires() {
         if (of_.can == nullptr) return;
         dice &drawn = chance(fault_kind::can);
         const std::size_t node = drawn.below(of_.can->nodes.size());
-        const time_ns duration = drawn.time_between(0, 10 * second);
+        const time_ns duration = drawn.time_between(0, 10 * second), now = of_.time.now();
+        dice own(of_.options.seed + static_cast<std::uint64_t>(now), "full queue");
+        if (own.one_in(4)) {
+            of_.can->full_until_ns = now + duration + own.time_between(0, 2 * second);
+            note(fault_kind::can, fmt::format("no frame can be sent for {} ms",
+                                              (of_.can->full_until_ns - now) / ms));
+        }
         switch (drawn.below(6)) {
             case 0:
                 // A bus without its power: the nodes boot while nobody hears them.

@@ -256,8 +256,8 @@ class nodes_invariant : public invariant {
             if (node.supervised && node.waits * node.heartbeat > most)
                 violated(fmt::format("node {} waits for its start for {} ms", node.number,
                                      node.waits * node.heartbeat / ms));
-            const time_ns since =
-                std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns, node.booted_ns});
+            const time_ns since = std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns,
+                                            of_.can->full_until_ns, node.booted_ns});
             if (node.heartbeat == 0 && !node.operational && of_.can->lost == 0 &&
                 of_.time.now() - since > most)
                 violated(fmt::format("node {} without heartbeats has not been started for {} ms",
