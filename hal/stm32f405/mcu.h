@@ -71,7 +71,7 @@ enum {
     CB_RCC_CFGR_SWS = 3 << 2,
     CB_RCC_CFGR_SWS_PLL = 2 << 2,
     CB_RCC_CFGR_APB1_BY_4 = 5 << 10,
-    CB_RCC_CFGR_APB2_BY_2 = 4 << 13,
+    CB_RCC_CFGR_APB2_BY_4 = 5 << 13,
     CB_RCC_PLL_HSE = 1 << 22,
     CB_RCC_CIR_CSSF = 1 << 7,
     CB_RCC_CIR_CSSC = 1 << 23,

@@ -65,6 +65,7 @@ static bool send_when_quiet(struct cb_wire *wire, int64_t now_us) {
     if (cb_usart_busy(wire->port)) wire->quiet_us = now_us; /* with an abandoned request */
     if (now_us - wire->quiet_us < (int64_t)wire->silence.between_us) return false;
     if (is_stray(wire)) return finish(wire, CB_RTU_END_STRAY);
+    if (now_us >= wire->until_us) return false; /* nobody would wait for the reply */
     if (!cb_usart_send(wire->port, wire->frame, wire->frame_bytes)) return false;
     ++wire->counters.requests;
     wire->state = CB_WIRE_SENDING;
@@ -163,9 +164,10 @@ bool cb_wire_poll(struct cb_wire *wire, int64_t now_us) {
             mind_sending(wire, now_us);
             break;
         case CB_WIRE_LISTENING:
-            if (listen(wire, now_us)) return true;
             break;
     }
+    /* also right behind SENDING: between two calls the whole reply may have come */
+    if (wire->state == CB_WIRE_LISTENING && listen(wire, now_us)) return true;
     if (now_us < wire->until_us) return false;
     return give_up(wire);
 }

@@ -93,7 +93,14 @@ double count_heartbeat(live_box &live) {
     live.cycle_until(4.0 * looking_s, [&] {
         if (!live.read_ok()) return false;
         const unsigned now = live.registers()[plc.plc_heartbeat];
-        beats += static_cast<std::uint16_t>(now - last);
+        const auto counted = static_cast<std::uint16_t>(now - last);
+        if (counted > 0x7FFF) {
+            throw input_error(
+                fmt::format("plc.plc_heartbeat: {} goes back from {} to {}; the PLC program has to "
+                            "count it up by one, from 65535 to 0",
+                            register_name(live, plc.plc_heartbeat), last, now));
+        }
+        beats += counted;
         last = now;
         last_us = live.read_us();
         ++readings;

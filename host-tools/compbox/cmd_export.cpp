@@ -76,6 +76,13 @@ std::pair<std::string, std::string> pair_of(const std::string &option, const std
     return {text.substr(0, equals), text.substr(equals + 1)};
 }
 
+// Throws usage_error for a name that is there already.
+template <typename kind>
+void put(std::map<std::string, kind> &all, const std::string &option,
+         const std::pair<std::string, kind> &one) {
+    if (!all.insert(one).second) throw cli::usage_error(option, one.first + " is given twice");
+}
+
 std::map<std::string, double> numbers_of(const std::string &option,
                                          const std::vector<std::string> &texts) {
     std::map<std::string, double> all;
@@ -85,7 +92,7 @@ std::map<std::string, double> numbers_of(const std::string &option,
             if (one.values.size() != 1) {
                 throw cli::usage_error(option, fmt::format("'{}' must read NAME=number", piece));
             }
-            all[one.key] = one.values[0];
+            put(all, option, {one.key, one.values[0]});
         }
     }
     return all;
@@ -94,7 +101,7 @@ std::map<std::string, double> numbers_of(const std::string &option,
 std::map<std::string, std::string> texts_of(const std::string &option,
                                             const std::vector<std::string> &texts) {
     std::map<std::string, std::string> all;
-    for (const auto &text : texts) all.insert(pair_of(option, text));
+    for (const auto &text : texts) put(all, option, pair_of(option, text));
     return all;
 }
 
@@ -114,7 +121,7 @@ std::map<std::string, coefficients::travel_range> ranges_of(const std::vector<st
                 !(from.values[0] < to.values[0])) {
                 throw cli::usage_error("--range", "'" + piece + "' must read NAME=from:to");
             }
-            all[name] = {from.values[0], to.values[0]};
+            put(all, "--range", {name, {from.values[0], to.values[0]}});
         }
     }
     return all;
@@ -155,6 +162,14 @@ void check_names(const exports::channel_model &model, const export_arguments &ar
     }
     for (const auto &[name, own] : arguments.text.axis_name) {
         if (!known(name, true) && !known(name, false)) refuse("--name", name, "channel or signal");
+        for (const auto &[other, same] : arguments.text.axis_name) {
+            const bool alike = (known(name, true) && known(other, true)) ||
+                               (known(name, false) && known(other, false));
+            if (other == name) break;
+            if (own != same || !alike) continue;
+            throw cli::usage_error("--name",
+                                   fmt::format("{} and {} get one name, {}", other, name, own));
+        }
     }
 }
 
@@ -183,13 +198,18 @@ void export_cams(const exports::channel_model &model, const export_arguments &ar
     if (!arguments.text.lost_motion_um.empty()) {
         throw cli::usage_error("--lost-motion-um", "a cam has one direction and cannot hold it");
     }
+    if (arguments.text.sign != 1) {
+        throw cli::usage_error("--sign", "a cam is a path, whose sign the coefficients decide");
+    }
     exports::cam_options how;
     how.master = arguments.master;
     for (const auto &text : arguments.path) {
-        if (text.find('=') == std::string::npos) {
+        if (text.find('=') != std::string::npos) {
+            put(how.path, "--path", pair_of("--path", text));
+        } else if (how.path_file.empty()) {
             how.path_file = text;
         } else {
-            how.path.insert(pair_of("--path", text));
+            throw cli::usage_error("--path", "takes one file");
         }
     }
     how.table = arguments.table;
@@ -252,6 +272,7 @@ void refuse_table_options(const export_arguments &arguments) {
         {"--axis", !arguments.axes.empty()},
         {"--name", !arguments.names.empty()},
         {"--lost-motion-um", !arguments.lost_motion.empty()},
+        {"--sign", arguments.text.sign != 1},
         {"--path", !arguments.path.empty() || !arguments.path_file.empty()},
         {"--most-points", arguments.most_points != 0}};
     for (const auto &[option, is_given] : given) {

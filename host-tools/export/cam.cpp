@@ -39,20 +39,33 @@ std::map<unsigned, function> read_path(const channel_model &model, const cam_opt
     if (master.size() < 2) throw input_error(table.file, 0, 0, "a path needs two rows at least");
     for (const auto &name : table.names) {
         if (name == options.master) continue;
-        path[model.signal(name)] = [master, y = table.values(name)](double x) {
+        const auto along = [master, y = table.values(name)](double x) {
             return interpolate(master, y, x);
         };
+        if (path.insert({model.signal(name), along}).second) continue;
+        throw input_error(table.file, table.header_line, 0, "{} has a formula already (--path)",
+                          name);
     }
     return path;
 }
 
+// out: the range asked for, else that of the path's file, the curves or the signal. Throws
+// input_error for a range beyond the rows of the path's file.
 coefficients::travel_range range_of_master(const channel_model &model, const cam_options &options) {
     const auto given = options.table.range.find(options.master);
-    if (given != options.table.range.end()) return given->second;
+    const bool is_given = given != options.table.range.end();
     if (!options.path_file.empty()) {
         const auto master = formats::read_csv(options.path_file).values(options.master);
-        return {master.front(), master.back()};
+        const coefficients::travel_range all{master.front(), master.back()};
+        if (!is_given) return all;
+        if (given->second.from_mm >= all.from_mm && given->second.to_mm <= all.to_mm) {
+            return given->second;
+        }
+        throw input_error(
+            options.path_file, 0, 0, "has {} from {} to {} only, and --range asks for {} to {}",
+            options.master, all.from_mm, all.to_mm, given->second.from_mm, given->second.to_mm);
     }
+    if (is_given) return given->second;
     const auto curves = coefficients::range_of_curves(model.file()["terms"], options.master);
     if (curves) return *curves;
     const auto &signal = model.config().signals[model.signal(options.master)];
@@ -145,6 +158,8 @@ bool fill(const cam_shop &shop, const coefficients::travel_range &range, double 
     return worst <= shop.options.table.tolerance_um;
 }
 
+// Fills the set at the widest round step within the tolerance, else at the finest with room. Throws
+// input_error where none has room.
 void choose_step(const cam_shop &shop, const coefficients::travel_range &range, cam_set &set) {
     const double travel = range.to_mm - range.from_mm;
     for (int power = static_cast<int>(std::ceil(std::log10(travel))); power > -4; --power) {
@@ -157,6 +172,12 @@ void choose_step(const cam_shop &shop, const coefficients::travel_range &range, 
             if (set.tolerance_met) return;
         }
     }
+    if (!set.master_mm.empty()) return;
+    throw input_error(shop.model.path(), 0, 0,
+                      "{} from {} to {} mm: no round step gives {} points or fewer: choose "
+                      "--step-mm, or another --range or --most-points",
+                      shop.options.master, range.from_mm, range.to_mm,
+                      shop.options.table.most_points);
 }
 
 }  // namespace
@@ -168,9 +189,7 @@ cam_set make_cams(const channel_model &model, const cam_options &options) {
         shop.own_axis.push_back(axis_of_channel(model, c, options.table.axis_of));
         set.cams.push_back({c, {}, 0.0, 0.0});
     }
-    for (const auto &[name, value] : options.table.at) {
-        model.set(shop.standing, model.signal(name), value);
-    }
+    hold(model, options.table.at, shop.standing);
     check_path(shop);
     for (unsigned c = 0; c < model.config().channels_count; ++c) {
         for (unsigned s = 0; s < model.config().signals_count; ++s) {

@@ -8,6 +8,7 @@
 #include "host-tools/coefficients/curve_range.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
+#include "host-tools/formats/numbers.h"
 
 extern "C" {
 #include "firmware/config/config.h"
@@ -79,7 +80,7 @@ channel_model::values standing(const channel_model &model, const table_options &
             for (const unsigned s : all) several[s] = several[s] || positions > 1;
         }
     }
-    for (const auto &[name, value] : options.at) model.set(at, model.signal(name), value);
+    hold(model, options.at, at);
     for (unsigned s = 0; s < model.config().signals_count; ++s) {
         const auto &signal = model.config().signals[s];
         const bool given = options.at.count(signal.name) > 0;
@@ -196,6 +197,13 @@ void choose_step(const workshop &shop, const coefficients::travel_range &range, 
             }
         }
     }
+    if (steps.empty()) {
+        throw input_error(shop.model.path(), 0, 0,
+                          "{} from {} to {} mm: no round step gives 2 to {} points: choose "
+                          "--step-mm, or another --range or --most-points",
+                          shop.signal_name(table.signal), range.from_mm, range.to_mm,
+                          shop.options.most_points);
+    }
     for (const double step : steps) {
         table.tolerance_met = fill(shop, range, step, table);
         if (table.tolerance_met) return;
@@ -296,9 +304,12 @@ void judge(const workshop &shop, table_set &result) {
         }
         for (const auto &column : table.columns) {
             const auto &channel = shop.channel(column.channel);
-            const auto [low, high] =
-                std::minmax_element(column.wanted_um.begin(), column.wanted_um.end());
-            if (std::max(-*low, *high) > channel.limit_um) {
+            double most_um = 0.0;  // of both directions
+            for (std::size_t k = 0; k < column.wanted_um.size(); ++k) {
+                const double half_um = column.half_um.empty() ? 0.0 : column.half_um[k];
+                most_um = std::max(most_um, std::fabs(column.wanted_um[k]) + std::fabs(half_um));
+            }
+            if (most_um > channel.limit_um) {
                 result.remarks.push_back(fmt::format(
                     "channel {} over {}: the table goes beyond the box's limit_um of {}",
                     channel.name, shop.signal_name(table.signal), channel.limit_um));
@@ -320,16 +331,39 @@ double interpolate(const std::vector<double> &x, const std::vector<double> &y, d
 unsigned axis_of_channel(const channel_model &model, unsigned channel,
                          const std::map<std::string, std::string> &named) {
     const std::string name = model.config().channels[channel].name;
+    const auto is_length = [&](unsigned s) {
+        return model.is_position(s) && std::string(model.config().signals[s].unit) == "mm";
+    };
     const auto given = named.find(name);
-    if (given != named.end()) return model.signal(given->second);
+    if (given != named.end()) {
+        const unsigned s = model.signal(given->second);
+        if (is_length(s)) return s;
+        throw input_error(model.path(), 0, 0,
+                          "channel {} moves an axis in mm, and {} is no position in mm (--axis)",
+                          name, given->second);
+    }
     for (const std::string &guess : {name, name.substr(0, 1)}) {
         for (unsigned s = 0; s < model.config().signals_count; ++s) {
-            if (guess == model.config().signals[s].name && model.is_position(s)) return s;
+            if (guess == model.config().signals[s].name && is_length(s)) return s;
         }
     }
     throw input_error(model.path(), 0, 0,
                       "channel {}: say which signal is the position of its axis, --axis {}=SIGNAL",
                       name, name);
+}
+
+void hold(const channel_model &model, const std::map<std::string, double> &at,
+          channel_model::values &values) {
+    for (const auto &[name, value] : at) {
+        const unsigned s = model.signal(name);
+        const double low = formats::short_float(model.config().signals[s].min);
+        const double high = formats::short_float(model.config().signals[s].max);
+        if (!(value >= low && value <= high)) {
+            throw input_error(model.path(), 0, 0, "{} {} is outside {} to {} (--at)", name, value,
+                              low, high);
+        }
+        model.set(values, s, value);
+    }
 }
 
 table_set make_tables(const channel_model &model, const table_options &options) {

@@ -58,15 +58,19 @@ struct table_set {
 };
 
 // The signal of the axis that a channel moves: named like it (X), or like its first letter (X1).
-// Throws input_error.
+// Throws input_error, also for one that is not in mm, as what a channel moves is.
 unsigned axis_of_channel(const channel_model &model, unsigned channel,
                          const std::map<std::string, std::string> &named);
+
+// Sets the signals of --at. Throws input_error for a value outside of the signal's range.
+void hold(const channel_model &model, const std::map<std::string, double> &at,
+          channel_model::values &values);
 
 // Approximates a channel by a sum of functions of one position each. For a term of several
 // positions, a table has its change along one axis, with the others at `at` or in the middle of
 // their ranges; the term's value there is in the table of the channel's own axis. Throws
 // input_error for a signal that is neither a position nor in `at`, a step that needs more points
-// than the control holds, and a file without any table.
+// than the control holds, a control without room for any round step, and a file without any table.
 table_set make_tables(const channel_model &model, const table_options &options);
 
 // Linear between the points, constant outside, as in every control.

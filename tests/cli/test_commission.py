@@ -48,9 +48,22 @@ class Refuser:
             reply = request[:4] + bytes([0, 3, request[6], function | 0x80, code])
         else:
             server.sendall(request)
-            reply = self.clock.received(server)
+            reply = self.shown(start, self.clock.received(server))
         client.sendall(reply)
         return True
+
+    def shown(self, start, reply):
+        return reply
+
+
+class LifeBit(Refuser):
+    """Stands before fakeplc and shows the last bit of its heartbeat, as of a PLC that toggles a bit."""
+
+    def __init__(self, fake):
+        super().__init__(fake, lambda function, start: 0)
+
+    def shown(self, start, reply):
+        return reply[:11] + bytes([0, reply[12] & 1]) + reply[13:] if start == 0 else reply
 
 
 LONG_ALONE = pytest.mark.skipif(not LONG, reason="scripts/test --long")
@@ -167,6 +180,14 @@ def test_a_heartbeat_that_stands(compbox, plc):
     fake.command("freeze heartbeat 1")
     assert re.match(r"plc\.plc_heartbeat: register 1 stays at \d+; the PLC program has to count it up",
                     refusal(compbox, fake))
+
+
+def test_a_heartbeat_that_is_a_bit(compbox, plc):
+    """Taken for a count of 65536 in two updates, it would give a lead without the PLC's update."""
+    fake = plc()
+    behind(compbox, LifeBit(fake))
+    assert refusal(compbox, fake) == (
+        "plc.plc_heartbeat: register 1 goes back from 1 to 0; the PLC program has to count it up by one, from 65535 to 0")
 
 
 @pytest.mark.parametrize("command, sentence", [

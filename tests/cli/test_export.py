@@ -125,6 +125,16 @@ def test_a_step_that_needs_too_many_lines_is_refused(built):
     assert not (built.folder / "o").exists()
 
 
+@pytest.mark.parametrize("form, most", [("linuxcnc-comp", "2 to 2 points"), ("sinumerik-cec", "2 to 2 points"),
+                                        ("twincat-cam", "3 points or fewer")])
+def test_no_round_step_has_room(built, form, most):
+    """No table is better than an empty one."""
+    message = built.refused("export", "c.json", "--format", form, "--range", "X=0:750", "--at", "Y=0,Z=0",
+                            "--most-points", 3 if form == "twincat-cam" else 2, "-o", "o")
+    kind = f"no round step gives {most}: choose --step-mm, or another --range or --most-points"
+    assert message == f"c.json: X from 0 to 750 mm: {kind}" and not (built.folder / "o").exists()
+
+
 def test_the_step_is_chosen_to_meet_the_tolerance(built):
     texts, losses = export(built, "linuxcnc-comp", "--tolerance-um", 0.5)
     for axis in "XYZ":
@@ -352,6 +362,11 @@ def test_branches_of_direction(built):
         x = row["AXISPOS"]
         assert 1e3 * row["X"] == pytest.approx(curve("EXX", x), abs=0.003)
         assert 1e3 * row["BACKLASH"] == pytest.approx(curve("EXX", x) - 4 - x / 250, abs=0.003)
+    remark = "channel X over X: the table goes beyond the box's limit_um of 6"
+    for limit_um, expected in ((6, True), (9, False)):  # 8 um forward at 1000 mm, 4 um in the mean
+        next(ch for ch in c["channels"] if ch["name"] == "X")["limit_um"] = limit_um
+        built.write("limited.json", c)
+        assert (remark in export(built, "linuxcnc-comp", "--step-mm", 20, name="limited.json")[1]) == expected
     texts, losses = export(built, "sinumerik-lec", "--step-mm", 25)
     assert "channel X over X: forward and backward differ; the table holds their mean" in losses
     assert built.refused("export", "c.json", "--format", "linuxcnc-comp", "--lost-motion-um", "X=4",
@@ -415,6 +430,14 @@ def test_no_table_fits(compbox):
     (("linuxcnc-comp", "--at", "Q=1"), "c.json: has no signal 'Q' to be set (it has X, Y, Z)"),
     (("linuxcnc-comp", "--lost-motion-um", "Q=1"), "c.json: has no channel 'Q' (--lost-motion-um)"),
     (("linuxcnc-comp", "--axis", "Q=X"), "c.json: has no channel 'Q' (--axis)"),
+    (("linuxcnc-comp", "--at", "Y=6000"), "c.json: Y 6000 is outside -10 to 610 (--at)"),
+    (("twincat-cam", "--at", "Y=6000,Z=0"), "c.json: Y 6000 is outside -10 to 610 (--at)"),
+    (("linuxcnc-comp", "--axis", "X=C"),
+     "c.json: channel X moves an axis in mm, and C is no position in mm (--axis)"),
+    (("twincat-cam", "--path", "path.csv", "--range", "X=0:500", "--at", "Z=0"),
+     "path.csv: has X from 0 to 400 only, and --range asks for 0 to 500"),
+    (("twincat-cam", "--path", "path.csv", "--path", "Y=X", "--at", "Z=0"),
+     "path.csv:1: Y has a formula already (--path)"),
     (("linuxcnc-comp", "--axis", "X=Q"), "c.json: has no signal 'Q' to be set (it has X, Y, Z)"),
     (("twincat-cam",), 'c.json: channel X depends on Y: give it along the path, --path "Y=formula of X", '
      "or a fixed value, --at Y=…"),
@@ -432,6 +455,11 @@ def test_no_table_fits(compbox):
      "c.json: at X 0 the path has Y -nan, outside -10 to 610")])
 def test_refused(built, options, message):
     built.write("down.csv", "X,Y\n5,1\n4,2\n")
+    built.write("path.csv", "X,Y\n0,1\n400,2\n")
+    if "X=C" in options:
+        c = built.read("c.json")
+        c["signals"].append({"name": "C", "unit": "deg", "plc": 14, "min": 0, "max": 360})
+        built.write("c.json", c)
     reported = built.refused("export", "c.json", "--format", *options, "--step-mm", 10, "-o", "o")
     assert reported.replace("Y nan", "Y -nan") == message
 
@@ -441,7 +469,16 @@ def test_refused(built, options, message):
     ["--format", "twincat-cam", "--lost-motion-um", "X=1"],
     ["--format", "linuxcnc-comp", "--step-mm", "0"], ["--format", "linuxcnc-comp", "--range", "X=5"],
     ["--format", "linuxcnc-comp", "--range", "X=5:1"], ["--format", "linuxcnc-comp", "--at", "X"],
-    ["--format", "linuxcnc-comp", "--sign", "2"], ["--format", "linuxcnc-comp", "--name", "=q"]])
+    ["--format", "linuxcnc-comp", "--sign", "2"], ["--format", "linuxcnc-comp", "--name", "=q"],
+    ["--format", "linuxcnc-comp", "--name", "X=A", "--name", "Y=A"],
+    ["--format", "linuxcnc-comp", "--name", "X=A", "--name", "X=B"],
+    ["--format", "linuxcnc-comp", "--range", "X=0:100,X=0:200"],
+    ["--format", "linuxcnc-comp", "--axis", "X=X", "--axis", "X=Y"],
+    ["--format", "linuxcnc-comp", "--at", "Z=0", "--at", "Z=1"],
+    ["--format", "twincat-cam", "--path", "Y=X", "--at", "Z=0", "--sign", "-1"],
+    ["--format", "plc-program", "--sign", "-1"],
+    ["--format", "twincat-cam", "--path", "Y=X", "--path", "Y=2*X", "--at", "Z=0"],
+    ["--format", "twincat-cam", "--path", "a.csv", "--path", "b.csv", "--at", "Z=0"]])
 def test_wrong_usage(built, wrong):
     assert built("export", "c.json", *wrong, "-o", "o").returncode == 2
 

@@ -63,7 +63,7 @@ struct serial_port {
     std::vector<sent_byte> sent;
     std::function<void()> on_idle = [] {};  // the last stop bit has left
 
-    std::uint64_t bit_cycles() const { return registers->brr.word * bus_divider; }
+    std::uint64_t bit_cycles() const { return (registers->brr.word & 0xFFFF) * bus_divider; }
     std::uint64_t byte_cycles() const {
         const unsigned data = registers->cr1.word & CB_USART_CR1_M ? 9 : 8;
         const unsigned stop = registers->cr2.word & CB_USART_CR2_STOP_2 ? 2 : 1;
@@ -107,7 +107,7 @@ struct machine {
         cb_mcu_model.flash.optcr.word = 0x0FFFAAED;
         cb_mcu_model.iwdg.rlr.word = 0xFFF;
         ports[0].registers = CB_USART1, ports[0].interrupt = CB_IRQ_USART1;
-        ports[0].bus_divider = 2, ports[0].driver_gpio = CB_GPIOA, ports[0].driver_pin = 8;
+        ports[0].bus_divider = 4, ports[0].driver_gpio = CB_GPIOA, ports[0].driver_pin = 8;
         ports[1].registers = CB_USART2, ports[1].interrupt = CB_IRQ_USART2;
         ports[1].bus_divider = 4, ports[1].driver_gpio = CB_GPIOA, ports[1].driver_pin = 1;
         ports[2].registers = CB_USART3, ports[2].interrupt = CB_IRQ_USART3;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "hal/stm32f405/app/console.h"
 
+#include <string.h>
+
 #include "hal/stm32f405/usart.h"
 
 static const char line_end[2] = {'\r', '\n'};
@@ -16,7 +18,8 @@ struct cb_text *cb_console_line(struct cb_console *console) {
 }
 
 void cb_console_end(struct cb_console *console) {
-    const struct cb_text *line = &console->line;
+    struct cb_text *line = &console->line;
+    if (line->length == sizeof line->bytes) memcpy(line->bytes + line->length - 3, "...", 3);
     if (cb_usart_room(CB_USART_CONSOLE) < line->length + sizeof line_end) {
         ++console->lost;
         return;
@@ -37,11 +40,12 @@ bool cb_console_has_room(uint32_t lines) {
 const char *cb_console_take(struct cb_console *console) {
     struct cb_usart_byte one;
     while (cb_usart_take(CB_USART_CONSOLE, &one)) {
-        const bool ends = one.byte == '\r' || one.byte == '\n';
+        const char typed = one.bad ? '?' : (char)one.byte; /* so that the line is no command */
+        const bool ends = typed == '\r' || typed == '\n';
         if (!ends) {
             if (console->have < sizeof console->typed) /* the last place marks a line that is too
                                                           long */
-                console->typed[console->have++] = (char)one.byte;
+                console->typed[console->have++] = typed;
             continue;
         }
         const uint32_t have = console->have;

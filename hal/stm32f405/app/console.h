@@ -23,7 +23,7 @@ void cb_console_start(struct cb_console *console);
 /* out: an empty line to fill */
 struct cb_text *cb_console_line(struct cb_console *console);
 
-/* Sends the line with its line end. */
+/* Sends the line with its line end; a full one, which may be cut off, ends with "...". */
 void cb_console_end(struct cb_console *console);
 
 /* Sends a line of these words. */
@@ -33,7 +33,7 @@ void cb_console_say(struct cb_console *console, const char *words);
 bool cb_console_has_room(uint32_t lines);
 
 /* out: the next complete typed line, ended by 0; NULL when there is none. Valid until the next
- *      call. */
+ *      call. A damaged byte, or one behind lost bytes, is '?', also where it was a line end. */
 const char *cb_console_take(struct cb_console *console);
 
 #endif

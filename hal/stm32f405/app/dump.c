@@ -34,6 +34,7 @@ static void begin(struct cb_app *app, const struct cb_recorder *recorder) {
     app->dump_left = recorder->count;
     cb_console_say(&app->console,
                    "dump: cycle time_us mode reason control counters detail channels");
+    if (app->dump_left == 0) cb_console_say(&app->console, "dump: end");
 }
 
 void cb_dump_request(struct cb_app *app) {

@@ -8,6 +8,9 @@
 #include "firmware/load/slot.h"
 #include "hal/stm32f405/app/console.h"
 
+/* Reads both slots; call it once, before the others. */
+void cb_load_read(void);
+
 /* out: 'A' or 'B', *config complete, its limits at most the ceiling of this image's build, and *crc
  *      of the text; 0 when neither slot has a usable file. The console prints the fault of each
  *      slot. */
@@ -18,7 +21,7 @@ char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
  * text. out: false: neither has it */
 bool cb_load_report_place(struct cb_slot_report *report);
 
-/* Prints the content of the slots, and the site's ceiling. */
+/* Prints what cb_load_read() found, and the site's ceiling. */
 void cb_load_report(struct cb_console *console);
 
 #endif

@@ -60,6 +60,7 @@ static bool restarts_too_often(void) {
 }
 
 static void load(void) {
+    cb_load_read();
     cb_status_start(&app);
     if (restarts_too_often()) {
         cb_console_say(&app.console,

@@ -6,7 +6,7 @@
 #include "hal/stm32f405/guard.h"
 #include "hal/stm32f405/time.h"
 
-enum { STATUS_US = 1000000 };
+enum { STATUS_US = 1000000, COUNTER_BYTES = 32 /* of a name and a number, at most */ };
 
 /* Time as all lines begin with it. */
 static struct cb_text *begin(struct cb_app *app) {
@@ -162,12 +162,22 @@ static void put_counter(struct cb_text *line, const char *name, uint32_t count) 
     put_number(line, "=", count);
 }
 
-void cb_status_counters(struct cb_app *app) {
+static struct cb_text *begin_counters(struct cb_app *app) {
     struct cb_text *line = begin(app);
     cb_text_put(line, "counters:");
+    return line;
+}
+
+/* All counters may need two lines. */
+void cb_status_counters(struct cb_app *app) {
+    struct cb_text *line = begin_counters(app);
     for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i) {
         uint32_t count;
         memcpy(&count, (const char *)&app->box.counters + i * sizeof count, sizeof count);
+        if (line->length + COUNTER_BYTES > sizeof line->bytes) {
+            cb_console_end(&app->console);
+            line = begin_counters(app);
+        }
         put_counter(line, cb_counter_name(i), count);
     }
     cb_console_end(&app->console);

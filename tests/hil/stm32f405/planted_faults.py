@@ -24,7 +24,7 @@ FAULTS = [
      "one.revision > slot->revision",
      SLOTS),
     ("image: a refused file ends the search", "hal/stm32f405/app/load.c",
-     "if (whole[other] && ", "if (!whole[other] && ",
+     "if (found[other].state == CB_SLOT_WHOLE &&", "if (found[other].state != CB_SLOT_WHOLE &&",
      SLOTS),
     ("image: the status register says nothing", "hal/stm32f405/app/standby.c", "CB_REASON_NO_FILE << 8", "0",
      ["test_boot.py::test_without_a_file_the_plc_is_informed_in_its_status_register"]),

@@ -252,6 +252,26 @@ TEST(wire, a_line_that_is_never_silent_ends_with_the_time) {
     EXPECT_TRUE(the_port.sent.empty());
 }
 
+// The processor is busy elsewhere until the time of the request is over, or only that of its reply.
+TEST(wire, a_request_that_is_looked_at_late_is_not_sent_or_takes_its_reply) {
+    rig r;
+    r.receive({0x55}, the_port.now_us);
+    r.send(5000);
+    EXPECT_FALSE(cb_wire_poll(&r.wire, the_port.now_us));
+    the_port.now_us += 5000;
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_RTU_END_NOT_SENT);
+    EXPECT_TRUE(the_port.sent.empty());
+    r.send(5000);
+    EXPECT_FALSE(cb_wire_poll(&r.wire, the_port.now_us));
+    EXPECT_EQ(the_port.sent.size(), 8u);
+    r.receive(reply, the_port.now_us + 3000);
+    the_port.now_us += 5000;
+    r.run();
+    EXPECT_EQ(r.wire.end, CB_RTU_END_REPLY);
+    EXPECT_EQ(r.registers[0], 0x1234);
+}
+
 // They may have been a reply, and more may follow.
 TEST(wire, a_frames_worth_of_bytes_before_a_request_that_is_not_sent_leaves_a_doubt) {
     for (const bool wary : {false, true}) {

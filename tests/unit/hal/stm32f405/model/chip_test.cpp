@@ -8,6 +8,7 @@
 
 extern "C" {
 #define _Noreturn __attribute__((noreturn))
+#include "firmware/config/rtu_budget.h"
 #include "hal/stm32f405/chip.h"
 #include "hal/stm32f405/watchdog.h"
 #undef _Noreturn
@@ -51,7 +52,7 @@ TEST(stm32f405_clock, runs_from_the_crystal_and_watches_it) {
     EXPECT_EQ(clock.source, CB_CLOCK_CRYSTAL);
     EXPECT_EQ(clock.core_hz, 168000000u);
     EXPECT_EQ(clock.apb1_hz, 42000000u);
-    EXPECT_EQ(clock.apb2_hz, 84000000u);
+    EXPECT_EQ(clock.apb2_hz, 42000000u);
     EXPECT_TRUE(cb_mcu_model.rcc.cr.word & CB_RCC_CR_CSSON);
     EXPECT_EQ(cb_mcu_model.rcc.cfgr.word & CB_RCC_CFGR_SW, std::uint32_t{CB_RCC_CFGR_SW_PLL});
 }
@@ -108,6 +109,19 @@ TEST(stm32f405_clock, registers_that_read_0_are_the_emulator) {
     cb_mcu_model.rcc.cr.word = 0;
     EXPECT_EQ(cb_clock_start(true).source, CB_CLOCK_EMULATED);
     EXPECT_TRUE(r.m.writes.empty());
+}
+
+TEST(stm32f405_clock, each_port_has_each_usual_baud_rate) {
+    rig r;
+    const cb_clock clock = cb_clock_start(true);
+    cb_usart_prepare(&clock);
+    for (unsigned i = 0; i < CB_USARTS; ++i) {
+        for (const std::uint32_t *baud = cb_usual_bauds; *baud != 0; ++baud) {
+            cb_usart_open(static_cast<cb_usart>(i), *baud, CB_USART_NONE, 1);
+            const double bits = 168e6 / static_cast<double>(r.m.ports[i].bit_cycles());
+            EXPECT_NEAR(bits, *baud, *baud * 0.01) << i;
+        }
+    }
 }
 
 // ---- watchdog ----

@@ -60,7 +60,19 @@ void lose_channels(cb_app *app) {
 void invent_channels(cb_app *app) {
     app->box.config.channels_count = 255;
 }
+void count_all(cb_app *app) {
+    std::memset(&app->box.counters, 0xEE, sizeof app->box.counters);
+}
+void say_too_much(cb_app *app) {
+    cb_console_say(&app->console, std::string(CB_TEXT_BYTES + 1, 'x').c_str());
+}
+void wear(cb_app *) {
+    cb_model_slots[0][CB_SLOT_HEADER_BYTES] ^= 1;
+}
 const cb_command commands[] = {{"corrupt", "", corrupt},
+                               {"count all", "", count_all},
+                               {"say too much", "", say_too_much},
+                               {"wear", "", wear},
                                {"lose channels", "", lose_channels},
                                {"invent channels", "", invent_channels},
                                {"age", "", near_the_end_of_a_good_run}};
@@ -153,10 +165,14 @@ struct plc {
 };
 
 // A person types this at the console, later than what was typed before.
-void type(machine &m, unsigned at_ms, const std::string &text) {
+// in : errors of its first byte
+void type(machine &m, unsigned at_ms, const std::string &text, std::uint32_t errors = 0) {
     std::uint64_t at = at_ms * 1000 * stm32f405::cycles_per_us;
-    for (const char one : text)
-        m.ports[CB_USART_CONSOLE].line.push_back({at += 15000, static_cast<std::uint8_t>(one), 0});
+    for (const char one : text) {
+        m.ports[CB_USART_CONSOLE].line.push_back(
+            {at += 15000, static_cast<std::uint8_t>(one), errors});
+        errors = 0;
+    }
 }
 
 // What is observed of a run, one line each: the console's text, the end's cause, the watchdog, the
@@ -313,6 +329,42 @@ TEST(stm32f405_image, commands_are_lines_of_either_end_that_fit) {
     EXPECT_EQ(text.find("no such command"), text.rfind("no such command")) << text;
 }
 
+TEST(stm32f405_image, a_damaged_byte_is_part_of_no_command_and_ends_none) {
+    const std::string text = run(400, [](machine &m) {
+        type(m, 20, "wir");
+        type(m, 60, "es\r", CB_USART_SR_FE);
+        type(m, 100, "wires");
+        type(m, 140, "\r", CB_USART_SR_FE);
+        type(m, 180, "\rcounters\r");
+    });
+    never(text, " plc:");
+    expect(text, "no such command");
+    expect(text, "counters:");
+}
+
+TEST(stm32f405_image, the_counters_are_whole_however_many_there_are) {
+    const std::string text = run(400, [](machine &m) { type(m, 20, "count all\rcounters\r"); });
+    for (unsigned i = 0; i < CB_COUNTERS_COUNT; ++i)
+        expect(text, std::string(" ") + cb_counter_name(i) + "=4008636142");
+    never(text, "...");
+}
+
+TEST(stm32f405_image, a_line_that_is_cut_off_shows_it) {
+    const std::string text = run(400, [](machine &m) { type(m, 20, "say too much\r"); });
+    expect(text, "\n" + std::string(CB_TEXT_BYTES - 3, 'x') + "...\r\n");
+}
+
+// Reading two full ones takes 26 ms, which a cycle does not have.
+TEST(stm32f405_image, the_slots_are_read_at_the_start_alone) {
+    const std::string text = run(400, [](machine &m) {
+        flash(0, small_file());
+        type(m, 100, "wear\rslots\r");
+    });
+    expect(text, "runs revision 7 of slot A");
+    EXPECT_NE(text.find("slot A: revision 7"), text.rfind("slot A: revision 7")) << text;
+    never(text, "BROKEN");
+}
+
 TEST(stm32f405_image, the_trace_pauses_when_the_configuration_is_corrupt) {
     const std::string text = run(600, [](machine &m) {
         flash(0, small_file());
@@ -337,6 +389,10 @@ TEST(stm32f405_image, a_dump_has_every_record_once) {
     for (std::size_t at = 0; (at = text.find("\nD ", at)) != std::string::npos; ++at) ++lines;
     EXPECT_GT(lines, 70u);  // more than the console has room for at once
     EXPECT_LT(lines, 90u);
+}
+
+TEST(stm32f405_image, a_dump_without_a_record_ends_too) {
+    expect(run(400, [](machine &m) { type(m, 100, "dump\r"); }), "dump: end\r\n");
 }
 
 // Of each line of a dump: its channels.

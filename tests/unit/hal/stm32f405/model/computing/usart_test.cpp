@@ -20,7 +20,7 @@ namespace {
 using stm32f405::cycles_per_us;
 using stm32f405::machine;
 
-constexpr cb_clock fast = {CB_CLOCK_CRYSTAL, 168000000, 42000000, 84000000};
+constexpr cb_clock fast = {CB_CLOCK_CRYSTAL, 168000000, 42000000, 42000000};
 constexpr unsigned plc = CB_USART_PLC;
 
 // A machine whose time runs and whose PLC port is open at 115 200 baud, 8E1.
