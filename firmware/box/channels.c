@@ -75,7 +75,7 @@ void cb_channels_encode(const struct cb_config *config, const struct cb_channel_
         const float units = channels[i].output_um / channel->scale;
         const float number = (channel->sign < 0 ? -units : units) + 0.0f; /* never -0 */
         uint16_t *const place = registers + channel->reg;
-        /* never in a loaded configuration: the loader checks that the limit fits the type */
+        /* the quotient of a limit that takes the whole register may round to just above it */
         if (cb_number_encode(channel->type, number, place)) continue;
         const struct cb_range range = cb_number_range(channel->type);
         cb_number_encode(channel->type, cb_clamp(number, range.min, range.max), place);

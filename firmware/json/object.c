@@ -19,18 +19,12 @@ bool cb_members_next(struct cb_members *members) {
     return true;
 }
 
-/* Copies the key's text, escapes resolved; empty if it is too long for any known key. */
-static void key_text(const struct cb_members *members, char key[CB_KEY_SIZE]) {
-    const uint32_t length = cb_json_text(members->json.text, members->key, key, CB_KEY_SIZE - 1);
-    key[length < CB_KEY_SIZE ? length : 0] = '\0';
-}
-
 uint32_t cb_find_key(const struct cb_loader *loader, uint32_t at, const char *key) {
     char name[CB_KEY_SIZE];
     if (cb_token_at(loader, at).kind != CB_JSON_OBJECT) return CB_ABSENT;
     struct cb_members members = cb_members(loader, at);
     while (cb_members_next(&members)) {
-        key_text(&members, name);
+        cb_short_text(loader->text, members.key, name);
         if (cb_same_text(name, key)) return members.at;
     }
     return CB_ABSENT;
@@ -56,7 +50,7 @@ static bool collect(struct cb_loader *loader, uint32_t at, const struct cb_objec
     for (uint32_t i = 0; i < object->count; ++i) slots[i] = CB_ABSENT;
     struct cb_members members = cb_members(loader, at);
     while (cb_members_next(&members)) {
-        key_text(&members, key);
+        cb_short_text(loader->text, members.key, key);
         const uint32_t i = field_of(object, key);
         if (i == object->count) return unknown_key(loader, members.key.at, object, key);
         if (slots[i] != CB_ABSENT)

@@ -106,6 +106,11 @@ bool cb_read_object(struct cb_loader *loader, uint32_t at, const struct cb_objec
 /* out: offset of the value of `key` in the object at `at`; CB_ABSENT if there is none. */
 uint32_t cb_find_key(const struct cb_loader *loader, uint32_t at, const char *key);
 
+/* in : a valid CB_JSON_KEY or CB_JSON_STRING token
+ * out: its text with escapes resolved; empty if it is longer than any known key or word, or if a
+ *      \u0000 would end it early */
+void cb_short_text(const char *text, struct cb_json_token token, char buffer[CB_KEY_SIZE]);
+
 /* Looks a text up in a list of words; the message lists the known words. */
 bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words,
                   uint8_t *value);

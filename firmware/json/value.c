@@ -150,15 +150,19 @@ static bool unknown_word(struct cb_loader *loader, uint32_t at, const struct cb_
     return cb_fail(loader, CB_ERROR_NAME, at, "%o is not known; use %s", at, known);
 }
 
+void cb_short_text(const char *text, struct cb_json_token token, char buffer[CB_KEY_SIZE]) {
+    const uint32_t length = cb_json_text(text, token, buffer, CB_KEY_SIZE - 1);
+    buffer[length < CB_KEY_SIZE ? length : 0] = '\0';
+    if (table_length(buffer) != length) buffer[0] = '\0';
+}
+
 bool cb_read_word(struct cb_loader *loader, uint32_t at, const struct cb_word *words,
                   uint8_t *value) {
     const struct cb_json_token token = cb_token_at(loader, at);
     char word[CB_KEY_SIZE];
     if (token.kind != CB_JSON_STRING)
         return cb_fail(loader, CB_ERROR_TYPE, at, "must be a text in double quotes, not %o", at);
-    const uint32_t length = cb_json_text(loader->text, token, word, sizeof word - 1);
-    if (length >= sizeof word) return unknown_word(loader, at, words);
-    word[length] = '\0';
+    cb_short_text(loader->text, token, word);
     if (cb_find_word(words, word, value)) return true;
     return unknown_word(loader, at, words);
 }

@@ -48,12 +48,11 @@ const struct cb_object cb_channel_object = {CHANNEL_FIELDS, CHANNEL_KEYS};
  *      accepts its type and scale; else false and a message */
 static bool check_register(struct cb_loader *loader, const uint32_t *slots,
                            const struct cb_channel_config *channel) {
-    const struct cb_range range = cb_number_range(channel->type);
-    if (!(range.min < 0.0f))
+    if (!(cb_number_range(channel->type).min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[TYPE],
                        "%o is unsigned, and a compensation may be negative; use a signed type",
                        slots[TYPE]);
-    if (!(channel->limit_um / channel->scale <= range.max))
+    if (!cb_register_holds(channel->type, channel->limit_um / channel->scale))
         return cb_fail(loader, CB_ERROR_RANGE, slots[LIMIT],
                        "%o µm in units of %o µm (scale) does not fit into %o", slots[LIMIT],
                        slots[SCALE], slots[TYPE]);

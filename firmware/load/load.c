@@ -93,8 +93,7 @@ static bool check_format(struct cb_loader *loader, uint32_t root) {
     if (at == CB_ABSENT) return true; /* not an object, or the key is missing: reported later */
     const struct cb_json_token token = cb_token_at(loader, at);
     if (token.kind == CB_JSON_STRING) {
-        const uint32_t length = cb_json_text(loader->text, token, format, sizeof format - 1);
-        format[length < sizeof format ? length : 0] = '\0';
+        cb_short_text(loader->text, token, format);
         if (cb_same_text(format, "compbox/1")) return true;
     }
     return cb_fail(loader, CB_ERROR_FORMAT, at, "this box reads \"compbox/1\", not %o", at);

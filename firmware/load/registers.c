@@ -101,6 +101,12 @@ bool cb_take_write(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t 
     return true;
 }
 
+bool cb_register_holds(uint8_t type, float number) {
+    const struct cb_range range = cb_number_range(type);
+    const float rounded = number * (1.0f - 3.0f / 16777216.0f);
+    return rounded >= range.min && rounded <= range.max;
+}
+
 void cb_take_counters(struct cb_loader *loader) {
     const struct cb_plc_config *plc = &loader->config->plc;
     if (plc->read.counters) {

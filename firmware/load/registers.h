@@ -35,6 +35,10 @@ bool cb_take_read(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t u
 bool cb_take_write(struct cb_loader *loader, uint32_t at, uint8_t type, uint8_t user,
                    uint16_t *reg);
 
+/* out: true if a register of this type holds the number, a quotient of two numbers of the file: its
+ *      three roundings to float32 do not count */
+bool cb_register_holds(uint8_t type, float number);
+
 /* Reserves the first and last register of each block with counters. */
 void cb_take_counters(struct cb_loader *loader);
 

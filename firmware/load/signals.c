@@ -213,6 +213,10 @@ static bool load_bus(struct cb_loader *loader, const uint32_t *slots,
     if (signal->bus == CB_NONE)
         return cb_fail(loader, CB_ERROR_NAME, slots[BUS], "the section buses has no bus called %o",
                        slots[BUS]);
+    /* by default a value lasts for three readings at least, as one from the PLC does */
+    const uint32_t three_readings_ms = (3 * config->buses[signal->bus].every_us + 999) / 1000;
+    if (slots[MAX_AGE] == CB_ABSENT && signal->max_age_ms < three_readings_ms)
+        signal->max_age_ms = three_readings_ms;
     if (signal->reg + cb_number_registers(signal->type) <= 65536) return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[REGISTER], "its second register is above 65535");
 }

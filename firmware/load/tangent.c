@@ -68,12 +68,11 @@ static bool check_control(struct cb_loader *loader, uint32_t at) {
  *      reaches zero within a second; else false and a message */
 static bool check_slope(struct cb_loader *loader, const uint32_t *slots,
                         const struct tangent *tangent) {
-    const struct cb_range range = cb_number_range(tangent->slope_type);
-    if (!(range.min < 0.0f))
+    if (!(cb_number_range(tangent->slope_type).min < 0.0f))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_TYPE],
                        "%o is unsigned, and a slope may be negative; use a signed type",
                        slots[SLOPE_TYPE]);
-    if (!(tangent->slope_limit / tangent->slope_scale <= range.max))
+    if (!cb_register_holds(tangent->slope_type, tangent->slope_limit / tangent->slope_scale))
         return cb_fail(loader, CB_ERROR_RANGE, slots[SLOPE_LIMIT],
                        "%o in units of %o (slope_scale) does not fit into %o", slots[SLOPE_LIMIT],
                        slots[SLOPE_SCALE], slots[SLOPE_TYPE]);
@@ -91,13 +90,13 @@ static bool check_slope(struct cb_loader *loader, const uint32_t *slots,
 /* out: true if the signal is a position in mm from the PLC, and its range fits into the register */
 static bool check_reference(struct cb_loader *loader, const uint32_t *slots,
                             const struct cb_signal_config *signal, const struct tangent *tangent) {
-    const struct cb_range range = cb_number_range(tangent->reference_type);
+    const uint8_t type = tangent->reference_type;
     if (!signal->leads || !cb_same_text(signal->unit, "mm"))
         return cb_fail(loader, CB_ERROR_NAME, slots[SIGNAL],
                        "%o is not a position in mm from the PLC, which a tangent needs",
                        slots[SIGNAL]);
-    if (signal->min / tangent->reference_scale >= range.min &&
-        signal->max / tangent->reference_scale <= range.max)
+    if (cb_register_holds(type, signal->min / tangent->reference_scale) &&
+        cb_register_holds(type, signal->max / tangent->reference_scale))
         return true;
     return cb_fail(loader, CB_ERROR_RANGE, slots[REFERENCE_TYPE],
                    "positions of %s in units of %o (reference_scale) do not fit into %o",

@@ -16,12 +16,13 @@ static uint32_t end_of(const struct cb_signal_config *signal) {
     return signal->reg + cb_number_registers((enum cb_number_type)signal->type);
 }
 
-/* out: whether signal a comes before b, by unit, then register */
+/* out: whether signal a comes before b, by unit, then first register, then last */
 static bool is_before(const struct cb_signal_config *a, const struct cb_signal_config *b) {
-    return a->bus_unit != b->bus_unit ? a->bus_unit < b->bus_unit : a->reg < b->reg;
+    if (a->bus_unit != b->bus_unit) return a->bus_unit < b->bus_unit;
+    return a->reg != b->reg ? a->reg < b->reg : end_of(a) < end_of(b);
 }
 
-/* First signal of the bus behind `after` (NULL: of all), by unit and register. Of equal ones only
+/* First signal of the bus behind `after` (NULL: of all), by unit and registers. Of equal ones only
  * the first counts, because they are read together. */
 static const struct cb_signal_config *next_signal(const struct cb_config *config, uint8_t bus,
                                                   const struct cb_signal_config *after) {

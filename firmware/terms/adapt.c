@@ -6,6 +6,7 @@
 #include "firmware/terms/kind.h"
 #include "firmware/terms/kinds.h"
 #include "firmware/terms/load.h"
+#include "firmware/wire/number.h"
 #include "models/num.h"
 
 enum {
@@ -58,7 +59,8 @@ static const struct cb_object PROBE_OBJECT = {PROBE_FIELDS, PROBE_KEYS};
  * in : at, its name */
 static bool check_count(struct cb_loader *loader, uint32_t at, uint8_t signal) {
     const struct cb_signal_config *count = &loader->config->signals[signal];
-    const bool counts = count->source != CB_SOURCE_LAG && count->scale == 1.0f &&
+    const bool counts = count->source != CB_SOURCE_LAG &&
+                        cb_number_range(count->type).max >= 65535.0f && count->scale == 1.0f &&
                         count->zero == 0.0f && count->min <= 0.0f && count->max >= 65535.0f &&
                         count->max_rate_per_s == 0.0f;
     if (counts) return true;

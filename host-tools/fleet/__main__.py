@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pathlib
+import re
 import shlex
 import signal
 import sys
@@ -81,7 +82,7 @@ def run_train(arguments):
                 print("every job is done")
             return
         engine = engines.dask(arguments.scheduler) if arguments.scheduler else engines.here(arguments.workers)
-        print_ended(training.train(registry, rows, engine, progress), registry)
+        print_ended(training.train(registry, rows, engine, progress), registry, rows)
 
 
 def run_job(arguments):
@@ -106,14 +107,14 @@ def run_collect(arguments):
     with registry.locked():
         for row in plan["rows"]:
             row["done"] = registry.has("jobs", row["job"])
-        print_ended(training.train(registry, plan["rows"], results, progress), registry)
+        print_ended(training.train(registry, plan["rows"], results, progress), registry, plan["rows"])
 
 
-def print_ended(ended, registry):
-    """Throws FleetError if jobs were lost, which the next call repeats."""
+def print_ended(ended, registry, rows):
+    """in: rows: of the plan that was trained. Throws FleetError if jobs were lost, which the next call repeats."""
+    job_of = {row["machine"]: row["job"] for row in rows}
     for name in ended["failed"]:
-        row = training.plan(registry, [name], True)[0]
-        print(f"{name}: {registry.read('jobs', row['job'])['failed']}")
+        print(f"{name}: {registry.read('jobs', job_of[name])['failed']}")
     print(f"{len(ended['trained'])} trained, {len(ended['cached'])} known before, {len(ended['failed'])} refused")
     if ended["lost"]:
         first = ended["lost"][0]
@@ -128,15 +129,18 @@ def run_running(arguments):
 
 def broker_of(arguments, follow):
     """out: the link to the broker of the options"""
-    login = None
-    if arguments.mqtt_user:
-        password = read_text(arguments.mqtt_password_file).strip() if arguments.mqtt_password_file else None
-        login = (arguments.mqtt_user, password)
+    if bool(arguments.mqtt_user) != bool(arguments.mqtt_password_file):
+        raise FleetError("--mqtt-user and --mqtt-password-file belong together")
+    login = (arguments.mqtt_user, password_of(arguments.mqtt_password_file)) if arguments.mqtt_user else None
     return links.Mqtt(arguments.mqtt, arguments.mqtt_topic, arguments.every, login, arguments.mqtt_ca, follow)
 
 
-def read_text(path):
-    return machines.text_of(path)[1]
+def password_of(path):
+    """out: the first line of a file that no other user may read, as compbox-view takes it"""
+    text = machines.text_of(path)[1]
+    if os.stat(path).st_mode & 0o007:
+        raise FleetError(f"{path}: other users can read it: chmod o= {path}")
+    return re.split("[\r\n]", text, maxsplit=1)[0]
 
 
 def run_rollout(arguments):

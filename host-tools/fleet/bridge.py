@@ -7,7 +7,7 @@ import time
 import urllib.error
 import urllib.request
 
-from .links import Residuals, is_number
+from .links import NOT_OF_A_BOX, Residuals, is_number
 
 MODES = ("STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED")
 MOST_LINES = 1_000_000  # that wait for the database, some 100 MB; then the oldest go
@@ -45,7 +45,8 @@ class Lines:
         for name, channel in message["channels"].items():
             found += [line_of(f"channel_{key}", value, unix_s, box=box, name=name)
                       for key, value in channel.items() if is_number(value)]
-        for probe, value in self.residuals.feed(box, self.revisions.get(box), message["signals"]):
+        revision = message.get("revision", self.revisions.get(box))  # the state may be another one by now
+        for probe, value in self.residuals.feed(box, revision, message["signals"]):
             found.append(line_of("residual_um", value, unix_s, box=box, probe=probe))
         return found
 
@@ -91,8 +92,8 @@ def run(link, database, forecasts, end, every_s=30):
             try:
                 box, kind = topic[len(link.prefix) + 1:].split("/")
                 database.take(lines.of(box, kind, json.loads(payload), time.time()))
-            except (ValueError, KeyError, TypeError, AttributeError):
-                continue  # not of a box
+            except NOT_OF_A_BOX:
+                continue
         if time.time() >= next_s:
             database.take(forecast_lines(forecasts(), time.time()))
             next_s = time.time() + every_s

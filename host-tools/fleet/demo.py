@@ -88,7 +88,7 @@ class Demo(Processes):
                        "probe_x_n": count}
             channel = {"demand_um": output_um, "output_um": output_um, "applied_um": output_um, "limit_um": 60}
             send(f"compbox/{name}/values", json.dumps(
-                {"values": 1, "unix_s": time.time(), "mode": "ACTIVE", "signals": signals,
+                {"values": 1, "unix_s": time.time(), "revision": 7, "mode": "ACTIVE", "signals": signals,
                  "terms": {"error_X_um": -output_um}, "channels": {"X": channel}}), 1)
             self.ended.wait(PERIOD_S)
         send(f"compbox/{name}/online", "0", 1, True).wait_for_publish(5)

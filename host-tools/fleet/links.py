@@ -4,6 +4,7 @@
 A folder (a share of the plant, or a stick) does what a broker does: DIR/NAME/file.json down, DIR/NAME/snapshot.json up.
 A link has send(name, payload), poll() → [(name, revision, signals)] and close()."""
 
+import contextlib
 import json
 import math
 import pathlib
@@ -14,6 +15,9 @@ import time
 from .errors import FleetError
 from .registry import read_bytes, write_file
 
+# What reading a message can throw, whatever it is: numbers beyond a float and deep lists too.
+NOT_OF_A_BOX = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
+
 
 def payload_of(text, signature):
     return json.dumps({"file": text, "signature": signature})
@@ -21,7 +25,10 @@ def payload_of(text, signature):
 
 def is_number(value):
     """out: whether a box reported a finite number"""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    try:
+        return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond a float
+        return False
 
 
 class Residuals:
@@ -69,7 +76,7 @@ class Folder:
                     found.append((path.parent.name, snapshot["revision"],
                                   {str(one["name"]): one["value"] for one in snapshot["signals"]}))
                 self.times[path] = changed
-            except (OSError, ValueError, KeyError, TypeError):
+            except (OSError, *NOT_OF_A_BOX):
                 continue  # half copied: the next poll reads it again
         return found
 
@@ -127,27 +134,30 @@ class Mqtt:
         self.client.publish(f"{self.prefix}/{name}/file", payload, qos=1, retain=True)
 
     def poll(self):
-        """Waits a while. out: (name, revision, signals) of each message; a revision comes by `state`, retained"""
+        """Waits a while. out: (name, revision, signals) of each message. Values have the revision that they belong to;
+        without one it is that of `state`, retained."""
         found = []
         for topic, payload in self.received():
             try:
                 name, message = topic[len(self.prefix) + 1:].split("/")[0], json.loads(payload)
                 if topic.endswith("/state"):
                     self.revisions[name] = message.get("revision")
-                if self.revisions.get(name) is not None:
-                    found.append((name, self.revisions[name], message.get("signals", {})))
-            except (ValueError, AttributeError):
-                continue  # not of a box
+                revision = message.get("revision", self.revisions.get(name))
+                if revision is not None:
+                    found.append((name, revision, message.get("signals", {})))
+            except NOT_OF_A_BOX:
+                continue
         return found
 
     def received(self):
-        """Waits a while. out: (topic, payload) of each message"""
-        found, end = [], time.monotonic() + self.every_s
-        while True:
-            try:
-                found.append(self.messages.get(timeout=max(end - time.monotonic(), 0.001)))
-            except queue.Empty:
-                return found
+        """Waits a while. out: (topic, payload) of each message; what comes without a pause is taken in parts"""
+        found, left_s = [], self.every_s
+        end = time.monotonic() + left_s
+        with contextlib.suppress(queue.Empty):
+            while not found or left_s > 0:
+                found.append(self.messages.get(timeout=max(left_s, 0.001)))
+                left_s = end - time.monotonic()
+        return found
 
     def close(self):
         self.client.disconnect()

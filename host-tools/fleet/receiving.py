@@ -9,6 +9,7 @@ import time
 
 from . import signing, tools
 from .errors import FleetError
+from .links import NOT_OF_A_BOX
 from .registry import read_bytes, read_json, write_file
 
 
@@ -22,7 +23,7 @@ def take(payload, keys, place):
         text, signature = message["file"], message["signature"]
         verify(text, signature, keys)
         made, runs = json.loads(text), read_json(place)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except NOT_OF_A_BOX as error:
         raise FleetError("refused: the message has no file and signature") from error
     if made["machine"]["name"] != runs["machine"]["name"]:
         raise FleetError(f"refused: the file is of {made['machine']['name']}, not of {runs['machine']['name']}")
@@ -31,6 +32,8 @@ def take(payload, keys, place):
     if made["revision"] == runs["revision"]:
         if text.encode() != read_bytes(place):
             raise FleetError(f"refused: another file of the running revision {runs['revision']}")
+        if pathlib.Path(f"{place}.minisig.new").exists():  # put() was cut off: the next one overwrites it
+            write_file(pathlib.Path(f"{place}.minisig"), signature.encode())
         return None
     with tempfile.TemporaryDirectory() as folder:
         (pathlib.Path(folder) / "coefficients.json").write_text(text)
@@ -67,12 +70,25 @@ def reported(payload, keys, place):
 
 
 def from_folder(folder, keys, place, once):
-    """Follows DIR/file.json."""
-    path, last = pathlib.Path(folder) / "file.json", None
+    """Follows DIR/file.json, also across an absence of a share, or on a stick whose times have two seconds."""
+    path, last, said = pathlib.Path(folder) / "file.json", None, ""
     while True:
-        if path.exists() and path.stat().st_mtime_ns != last:
-            last = path.stat().st_mtime_ns
-            reported(path.read_bytes(), keys, place)
+        content, trouble = None, ""
+        try:
+            now = path.stat().st_mtime_ns, path.stat().st_size
+            if now != last:
+                content, last = path.read_bytes(), now
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            if once:
+                raise
+            trouble = f"compbox: {path}: {error.strerror}"
+        if trouble not in ("", said):
+            print(trouble, file=sys.stderr, flush=True)
+        said = trouble
+        if content is not None:
+            reported(content, keys, place)
         if once:
             return
         time.sleep(1)

@@ -23,14 +23,12 @@ def rows_of(registry):
         if measured:
             rows[row["machine"]] = {"machine": row["machine"], "before_um": max(measured), "after_um": None,
                                     "bound_um": None, "state": "drifts" if row["drifts"] else "-"}
-    for state in sorted((registry.read("rollouts", name) for name in registry.names("rollouts")),
-                        key=lambda one: max(part["revision"] for part in one["machines"].values())):
-        for name, part in state["machines"].items():
-            if part["state"] == "waiting":
-                continue
-            probe = max(part["bound_um"], key=lambda one: part["before_um"].get(one, 0))
-            rows[name] = {"machine": name, "before_um": part["before_um"][probe], "bound_um": part["bound_um"][probe],
-                          "after_um": figures(part["seen_um"].get(probe, []))["rms_um"], "state": part["state"]}
+    states = [registry.read("rollouts", name) for name in registry.names("rollouts")]
+    for name, part in sorted(((name, part) for state in states for name, part in state["machines"].items()
+                              if part["state"] != "waiting"), key=lambda one: one[1]["revision"]):
+        probe = max(part["bound_um"], key=lambda one: part["before_um"].get(one, 0))
+        rows[name] = {"machine": name, "before_um": part["before_um"][probe], "bound_um": part["bound_um"][probe],
+                      "after_um": figures(part["seen_um"].get(probe, []))["rms_um"], "state": part["state"]}
     return sorted(rows.values(), key=lambda row: (-left_um(row), row["machine"]))
 
 

@@ -15,7 +15,8 @@ from .registry import read_bytes
 def add_running(registry, name, path):
     """Keeps the coefficient file that a machine's box runs: what a roll-out returns to."""
     entry, text = registry.read("machines", name), machines.text_of(path)[1]
-    revision = machines.read_json(path).get("revision")
+    file = machines.read_json(path)
+    revision = file.get("revision") if isinstance(file, dict) else None
     if not isinstance(revision, int):
         raise FleetError(f"{path}: is no coefficient file")
     model = registry.put(rollout.with_revision(text, 0).encode(), "json")

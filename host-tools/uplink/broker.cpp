@@ -72,6 +72,17 @@ struct broker::inside {
                               ": cannot be read as the certificate of an authority (PEM)");
     }
 
+    // out: whether to run on: until there is no connection that could take what was sent last
+    bool goes_on() const {
+        const std::lock_guard hold(lock);
+        return connected || !is_stopping;
+    }
+
+    unsigned connections_now() const {
+        const std::lock_guard hold(lock);
+        return connections;
+    }
+
     // out: whether the broker shall end; waits for that at most this time
     bool stopping_within(std::chrono::seconds pause) {
         std::unique_lock hold(lock);
@@ -79,22 +90,25 @@ struct broker::inside {
     }
 
     // Connects again and again. The library's own loop ends for good at a name that cannot be
-    // resolved and at a TLS handshake that fails.
+    // resolved and at a TLS handshake that fails. The pause begins anew behind a connection: that
+    // an attempt has begun means nothing.
     void run() {
         auto pause = first_pause;
-        do {
+        for (;;) {
+            const unsigned before = connections_now();
             int result =
                 mosquitto_connect_async(client, settings.host.c_str(), settings.port, keep_alive_s);
             if (result != MOSQ_ERR_SUCCESS) {
                 const std::string words = words_of(result);
                 const std::lock_guard hold(lock);
                 why_not = words;
-            } else {
-                pause = first_pause;
             }
-            while (result == MOSQ_ERR_SUCCESS) result = mosquitto_loop(client, wait_ms, 1);
+            while (result == MOSQ_ERR_SUCCESS && goes_on())
+                result = mosquitto_loop(client, wait_ms, 1);
+            if (connections_now() != before) pause = first_pause;
+            if (stopping_within(pause)) return;
             pause = std::min(2 * pause, longest_pause);
-        } while (!stopping_within(pause / 2));
+        }
     }
 };
 
@@ -129,8 +143,7 @@ unsigned broker::connection() const {
 }
 
 unsigned broker::connections() const {
-    const std::lock_guard hold(is_->lock);
-    return is_->connections;
+    return is_->connections_now();
 }
 
 std::optional<int> broker::publish(const message &one, bool retained) {

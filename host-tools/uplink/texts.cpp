@@ -50,8 +50,7 @@ std::string with_time(const std::string &object, double unix_s) {
 std::string values_text(const json &box) {
     json values;
     values["values"] = 1;
-    values["unix_s"] = member_or_null(box, "unix_s");
-    values["mode"] = member_or_null(box, "mode");
+    for (const char *key : {"unix_s", "revision", "mode"}) values[key] = member_or_null(box, key);
     values["signals"] = by_name(box["signals"], "value");
     values["terms"] = by_name(box["terms"], "value");
     json channels = json::object();

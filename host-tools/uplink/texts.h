@@ -20,7 +20,8 @@ std::string state_text(const json &box, const std::string &why_not);
 // out: the object with the member unix_s
 std::string with_time(const std::string &object, double unix_s);
 
-// out: values of signals, terms and channels by name, with the wall clock of the snapshot
+// out: values of signals, terms and channels by name, with the wall clock of the snapshot and the
+//      revision that they belong to: they may wait for days, and the state be another one then
 std::string values_text(const json &box);
 
 }  // namespace compbox::uplink

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Roll-outs of `compbox fleet` to simulated boxes in a folder: stages, halt and return, poison, a killed command."""
 
+import errno
 import html.parser
 import json
 import os
 import pathlib
+import queue
 import random
 import shutil
 import subprocess
@@ -15,7 +17,7 @@ import pytest
 
 from boxes import bank_um
 from fleets import COUNT, POISONED, Plant, cli
-from fleet import links, receiving, rollout, signing, site, tools
+from fleet import __main__, bridge, links, receiving, report, rollout, signing, site, tools
 from fleet.errors import FleetError
 from fleet.registry import Registry, write_file
 
@@ -268,7 +270,8 @@ def test_the_boxes_compute_what_compbox_computes(plant):
     assert plant.table("out.csv")["error_X_um"] == pytest.approx(bank_um(file, pairs, 600), abs=0.1)
 
 
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), "0.1", None, [0.1]])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 10**400, "0.1", None, [0.1]],
+                         ids=lambda one: f"{one}"[:9])
 def test_what_is_no_number_is_no_probe(value):
     residuals = links.Residuals()
     for count in range(20):
@@ -279,6 +282,98 @@ def test_what_is_no_number_is_no_probe(value):
     assert residuals.feed("m000", 8, {"probe_x": 0.1, "probe_x_n": 21}) == [("x", 0.1)]
     seen = {"bound_um": {"x": 1.0}, "seen_um": {"x": [float("nan")] * rollout.PROBES}}
     assert rollout.verdict(seen)  # a machine passes by what was measured alone
+
+
+@pytest.fixture(name="link")
+def link_without_a_broker():
+    """(a link, its function that takes a message as the broker brings it)"""
+    link = links.Mqtt.__new__(links.Mqtt)
+    link.prefix, link.every_s, link.revisions, link.messages = "plant", 0.01, {}, queue.SimpleQueue()
+    return link, lambda topic, message: link.messages.put((f"plant/{topic}", json.dumps(message).encode()))
+
+
+def values(revision, count, um):
+    return {"values": 1, "unix_s": 5, "revision": revision, "mode": "ACTIVE", "terms": {}, "channels": {},
+            "signals": {"probe_x": um, "probe_x_n": count}}
+
+
+def test_values_that_waited_belong_to_the_revision_that_measured_them(link):
+    """A box comes back: it has taken revision 8 before compbox-view sends its state, and what waited of revision 7."""
+    link, bring = link
+    bring("m000/state", {"revision": 8})
+    for count in range(rollout.PROBES + 1):
+        bring("m000/values", values(7, count, 9.0))
+    for count in range(rollout.PROBES + 1):
+        bring("m000/values", values(8, count, 0.5))
+    lines = bridge.Lines()
+    state = {"machines": {"m000": {"state": "sent", "revision": 8, "bound_um": {"x": 1.0}, "seen_um": {}}}}
+    residuals = links.Residuals()
+    for name, revision, signals in link.poll():
+        for probe, um in residuals.feed(name, revision, signals):
+            rollout.reported(state, name, revision, probe, um)
+    assert state["machines"]["m000"]["seen_um"] == {"x": [0.5] * rollout.PROBES}
+    lines.of("m000", "state", {"revision": 8}, 0)
+    lines.of("m000", "values", values(7, 3, 9.0), 0)
+    assert not any("residual" in line for line in lines.of("m000", "values", values(8, 4, 9.0), 0))
+
+
+@pytest.mark.parametrize("payload", [b"[" * 100000, b"1" + b"0" * 400, b"7", b'{"revision": [], "signals": 7}',
+                                     json.dumps({**values(8, 1, 0.5), "unix_s": float("inf")}).encode()],
+                         ids=("deep", "large", "number", "types", "time"))
+def test_no_message_ends_the_site(link, payload):
+    link, bring = link
+    ends = iter([False, True])
+    for turn in (link.poll, lambda: bridge.run(link, bridge.Database("http://127.0.0.1:9"), dict, lambda: next(ends))):
+        for kind in ("online", "state", "values"):
+            link.messages.put((f"plant/m000/{kind}", payload))
+        bring("m001/state", {"revision": 8, "runs": True})
+        turn()
+
+
+def test_messages_without_a_pause_are_taken_in_parts(link):
+    link, _ = link
+
+    class Endless:
+        left = 10**7
+
+        def get(self, timeout):
+            assert timeout > 0
+            self.left -= 1
+            if self.left < 0:
+                raise queue.Empty
+            return "topic", b"payload"
+
+    link.messages = Endless()
+    assert link.received() and link.messages.left > 0
+
+
+def test_the_report_has_the_latest_roll_out_of_each_machine(tmp_path):
+    """The first one reached a high revision of another machine."""
+    def part(revision, state, um):
+        return {"state": state, "revision": revision, "bound_um": {"x": 2.0}, "before_um": {"x": um},
+                "seen_um": {"x": [1.0]}}
+    registry = Registry.create(tmp_path / "registry")
+    registry.write("rollouts", "a", {"machines": {"m000": part(9, "good", 7.0), "m001": part(3, "returned", 8.0)}})
+    registry.write("rollouts", "b", {"machines": {"m001": part(4, "good", 5.0), "m002": part(1, "waiting", 1.0)}})
+    rows = {row["machine"]: (row["before_um"], row["state"]) for row in report.rows_of(registry)}
+    assert rows == {"m000": (7.0, "good"), "m001": (5.0, "good")}
+
+
+def test_a_password_is_the_first_line_of_a_file_that_no_other_user_reads(plant):
+    path = plant.folder / "site.txt"
+    path.write_text(" word \r\n# of the site\n")
+    words = ("rollout", "--key", "plant.key", "--mqtt", "127.0.0.1:9", "--mqtt-user", "site")
+    path.chmod(0o644)
+    assert plant.refusal(*words, "--mqtt-password-file", "site.txt") == \
+        "site.txt: other users can read it: chmod o= site.txt"
+    assert plant.refusal(*words) == "--mqtt-user and --mqtt-password-file belong together"
+    path.chmod(0o640)
+    assert __main__.password_of(path) == " word "
+
+
+def test_a_running_file_that_is_no_object(plant):
+    plant.write("list.json", [])
+    assert plant.refusal("running", "m000", "list.json") == "list.json: is no coefficient file"
 
 
 def test_stages():
@@ -339,6 +434,47 @@ def test_a_box_that_is_cut_off_while_it_takes_a_file_has_one_that_verifies(arriv
     tools.compbox("verify", place, "--keys", keys)
 
 
+def test_a_box_that_is_cut_off_twice_has_a_file_that_verifies(arrived, plant, monkeypatch):
+    """First before the signature has its place; `receive` starts again; then while it takes the next file."""
+    text, signature, keys, place = arrived
+    with monkeypatch.context() as patch:
+        patch.setattr(pathlib.Path, "replace", lambda *_: None)
+        receiving.put(text, signature, place)
+    assert receiving.take(payload(text, signature), keys, place) is None
+    following = signing.signed(rollout.with_revision(text, 9), plant.folder / "plant.key")
+    write_file(pathlib.Path(f"{place}.minisig.new"), following.encode())
+    tools.compbox("verify", place, "--keys", keys)
+
+
+def test_a_box_follows_a_folder_that_goes_and_comes_back(arrived, plant, monkeypatch, capsys):
+    """Half of a file is copied, the share is gone, then all of it is there with the same coarse time."""
+    text, signature, keys, place = arrived
+    folder, whole, turns = plant.folder / "stick", payload(text, signature), []
+    folder.mkdir()
+    file, stat = folder / "file.json", pathlib.Path.stat
+
+    def away(path, **how):
+        if len(turns) in (2, 3) and path == file:
+            raise OSError(errno.ESTALE, "Stale file handle", str(path))
+        return stat(path, **how)
+
+    def second(_):
+        turns.append(None)
+        if len(turns) > 5:
+            raise KeyboardInterrupt
+        if len(turns) in (1, 4):
+            file.write_bytes(whole[:50] if len(turns) == 1 else whole)
+            os.utime(file, (1000, 1000))
+
+    monkeypatch.setattr(pathlib.Path, "stat", away)
+    monkeypatch.setattr(receiving.time, "sleep", second)
+    with pytest.raises(KeyboardInterrupt):
+        receiving.from_folder(folder, keys, place, False)
+    assert place.read_text() == text
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 3 and "no file and signature" in said[0] and "Stale" in said[1] and "took revision 8" in said[2]
+
+
 def test_a_box_refuses(arrived, plant):
     text, signature, keys, place = arrived
     before = place.read_bytes()
@@ -356,6 +492,7 @@ def test_a_box_refuses(arrived, plant):
     assert "is not a signature" in refusal(text, "")
     assert "has no file and signature" in refusal(b"{}")
     assert "has no file and signature" in refusal(b"\xff")
+    assert "has no file and signature" in refusal(b"[" * 100000)
     place.write_text(rollout.with_revision(text, 9))
     before = place.read_bytes()
     assert "revision 8 is older than the running 9" in refusal(text, signature)

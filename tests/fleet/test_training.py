@@ -15,6 +15,7 @@ import pytest
 from fleets import cli
 from fleet import jobs
 from fleet.processes import free_port, listens
+from fleet.registry import write_file
 from twins import TRUTH, Twin
 
 
@@ -93,6 +94,16 @@ def test_a_task_of_an_array_that_died_is_named(plant):
     plant.fleet("run-job", "array", 0)
     assert plant.fleet("collect", "array") == "1 trained, 1 known before, 0 refused\n"
     assert "has no job 2, but 0 to 1" in plant.refusal("run-job", "array", 2)
+
+
+def test_a_refused_task_of_an_array_is_told_also_if_its_machine_has_a_record_more(plant):
+    plant.add_lathes(1)
+    plant.fleet("train", "--slurm", "array")
+    [row] = plant.read("array/plan.json")["rows"]
+    write_file(plant.folder / f"array/results/{row['job']}.json", b'{"failed": "compbox train: it is too short"}')
+    plant.add_record("m000", Twin(7), 1)
+    assert plant.fleet("collect", "array") == \
+        "m000: compbox train: it is too short\n0 trained, 0 known before, 1 refused\n"
 
 
 def workers_below(process):

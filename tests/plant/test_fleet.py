@@ -34,6 +34,7 @@ def secured(folder, names):
     (folder / "acl").chmod(0o600)
     for name in names:
         (folder / f"{name}.txt").write_text(f"{name}\n")
+        (folder / f"{name}.txt").chmod(0o600)
     return {"users": "users", "acl_file": "acl", "cafile": "ca.pem", "certfile": "broker.pem", "keyfile": "broker.key"}
 
 
@@ -109,6 +110,7 @@ def test_logins(site):
     with Broker(site.folder, **secured(site.folder, ("site",))) as broker:
         words = ("rollout", "--key", "plant.key", "--mqtt", broker.at, "--mqtt-user", "site", "--mqtt-password-file")
         (site.folder / "wrong.txt").write_text("s1te\n")
+        (site.folder / "wrong.txt").chmod(0o600)
         sentence = site.refusal(*words, "wrong.txt", "--mqtt-ca", "ca.pem")
         assert sentence.startswith(f"{broker.at}: ") and "not authorised" in sentence
         other = "192.0.2.1:8883"

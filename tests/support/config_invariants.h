@@ -408,7 +408,7 @@ class invariants {
                                               CB_NUMBER_UINT32_CDAB, CB_NUMBER_UINT16_LE,
                                               CB_NUMBER_UINT32_LE};
         must(unsigned_types.count(ch.type) == 0, "channels are signed");
-        must(real || units < (small ? 32767.5 : 2147483584.0), "limit fits the register");
+        must(real || units < (small ? 32767.5 : 2147484160.0), "limit fits the register");
     }
 
     // A slope comes after the channels of the file, and belongs to one of them.

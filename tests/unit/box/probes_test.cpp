@@ -489,7 +489,9 @@ TEST(probes, need_a_file_in_which_one_channel_adds_the_term_alone) {
 TEST(probes, need_a_signal_that_counts) {
     const std::pair<const char *, const char *> wrong[] = {
         {R"("max": 65535)", R"("max": 65534)"},
-        {R"("uint16", "min": 0)", R"("int16", "min": 1)"},
+        {R"("uint16", "min": 0)", R"("int32", "min": 1)"},
+        {R"("uint16")", R"("int16")"},
+        {R"("type": "uint16", )", ""},
         {R"("uint16")", R"("uint16", "scale": 2)"},
         {R"("uint16")", R"("int32", "zero": 1)"},
         {R"("max": 65535)", R"("max": 65535, "max_rate_per_s": 100)"},

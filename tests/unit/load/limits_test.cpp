@@ -10,6 +10,8 @@
 #include "tests/support/config_invariants.h"
 
 extern "C" {
+#include "firmware/box/channels.h"
+#include "firmware/config/grid.h"
 #include "models/bpnet.h"
 }
 
@@ -69,6 +71,45 @@ TEST(config_limits, signals) {
     EXPECT_EQ(message(file), "");
     file["signals"].push_back(file["signals"].back());
     EXPECT_EQ(message(file), "signals[64]: the box has room for 64 signals, and this is one more");
+}
+
+// 327.67 / 0.01 is 32767.002 in float32.
+TEST(config_limits, a_limit_that_takes_the_whole_register) {
+    json file = example();
+    json &channel = file["channels"][2];
+    channel["scale"] = 0.01;
+    channel["limit_um"] = channel["error_um"] = 327.67;
+    EXPECT_EQ(message(file), "");
+    cb_channel_state states[CB_MAX_CHANNELS] = {};
+    std::uint16_t registers[CB_MAX_WRITE_REGISTERS] = {};
+    const auto got = load(file.dump());
+    const cb_channel_config &loaded = got.config->channels[2];
+    states[2].output_um = cb_channel_nearest(&loaded, 1000.0f);
+    cb_channels_encode(got.config.get(), states, registers);
+    EXPECT_EQ(registers[loaded.reg], 32767);
+    channel["limit_um"] = channel["error_um"] = 327.68;
+    EXPECT_EQ(message(file),
+              "channels[2].limit_um: 327.68 µm in units of 0.01 µm (scale) does not fit into "
+              "\"int16\"");
+}
+
+TEST(config_limits, a_slope_and_positions_that_take_the_whole_register) {
+    json file = example();
+    file["signals"][0]["max"] = 327.67;
+    json &tangent = file["channels"][0]["tangent"];
+    tangent = {{"signal", "X"},        {"slope_plc", 108},          {"slope_type", "int16"},
+               {"slope_scale", 1e-6},  {"slope_limit", 0.032767},   {"slope_slew_per_s", 0.05},
+               {"reference_plc", 110}, {"reference_type", "int16"}, {"reference_scale", 0.01}};
+    EXPECT_EQ(message(file), "");
+    tangent["slope_limit"] = 0.032768;
+    EXPECT_EQ(message(file),
+              "channels[0].tangent.slope_limit: 0.032768 in units of 1e-06 (slope_scale) does not "
+              "fit into \"int16\"");
+    tangent["slope_limit"] = 0.03;
+    file["signals"][0]["max"] = 327.68;
+    EXPECT_EQ(message(file),
+              "channels[0].tangent.reference_type: positions of X in units of 0.01 "
+              "(reference_scale) do not fit into \"int16\"");
 }
 
 TEST(config_limits, terms) {

@@ -256,6 +256,20 @@ TEST(config_load, periods_and_ages) {
     EXPECT_EQ(loaded_config(with(", \"lead_ms\": 45", "")).lead_us, 0u);
 }
 
+// A bus that reads less often than every 2 s: by default its signals are not stale between two
+// readings.
+TEST(config_load, ages_of_a_slow_bus) {
+    const auto age_ms = [](const std::string &every) {
+        return loaded_config(with("\"every_ms\": 250", "\"every_ms\": " + every))
+            .signals[2]
+            .max_age_ms;
+    };
+    EXPECT_EQ(age_ms("250"), 2000u);
+    EXPECT_EQ(age_ms("666"), 2000u);
+    EXPECT_EQ(age_ms("1000"), 3000u);
+    EXPECT_EQ(age_ms("60000"), 180000u);
+}
+
 TEST(config_load, hosts) {
     for (const char *host :
          {"10.0.0.255", "::1", "fe80::1:2", "2001:0db8:0000:0000:0000:0000:0000:0001",

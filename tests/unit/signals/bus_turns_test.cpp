@@ -78,6 +78,22 @@ TEST(bus_turns, registers_side_by_side_are_one_request_and_gaps_are_not_read) {
     EXPECT_EQ(r.next(0), (std::vector<int>{0, 0, 0}));
 }
 
+// A module may have a status in the first half of a number: both signals name the same register.
+TEST(bus_turns, signals_of_one_and_two_registers_begin_at_the_same_one) {
+    for (const bool wide_first : {false, true}) {
+        rig r(500);
+        r.add(1, 4, wide_first ? CB_NUMBER_INT32 : CB_NUMBER_INT16);
+        r.add(1, 4, wide_first ? CB_NUMBER_INT16 : CB_NUMBER_INT32);
+        r.start();
+        EXPECT_EQ(r.next(0), (std::vector<int>{1, 4, 2})) << wide_first;
+        const auto samples = r.take({1, 2});
+        ASSERT_EQ(samples.size(), 2u) << wide_first;
+        EXPECT_EQ(samples[wide_first ? 1 : 0].raw, 1.0f);
+        EXPECT_EQ(samples[wide_first ? 0 : 1].raw, 65538.0f);
+        EXPECT_EQ(r.next(0), (std::vector<int>{0, 0, 0})) << wide_first;
+    }
+}
+
 TEST(bus_turns, a_request_has_at_most_125_registers) {
     rig r(500);
     for (std::uint16_t i = 0; i < 64; ++i)
