@@ -187,7 +187,8 @@ def test_a_heartbeat_that_is_a_bit(compbox, plc):
     fake = plc()
     behind(compbox, LifeBit(fake))
     assert refusal(compbox, fake) == (
-        "plc.plc_heartbeat: register 1 goes back from 1 to 0; the PLC program has to count it up by one, from 65535 to 0")
+        "plc.plc_heartbeat: register 1 goes back from 1 to 0; the PLC program has to count it up by one, "
+        "from 65535 to 0")
 
 
 @pytest.mark.parametrize("command, sentence", [
