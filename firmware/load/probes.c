@@ -11,19 +11,30 @@ static unsigned place_in(const struct cb_channel_config *channel, uint8_t output
     return k;
 }
 
+/* out: true if this output of the sum is the model of `adapt`, as it is or adapted by another term
+ */
+static bool is_its_model(const struct cb_config *config, const struct cb_adapt_config *adapt,
+                         uint8_t own, uint8_t output) {
+    const struct cb_term_config *term = &config->terms[config->outputs[output].term];
+    const bool is_adapted = output != own && term->type == CB_TERM_ADAPT;
+    return output == adapt->output || (is_adapted && term->as.adapt.output == adapt->output);
+}
+
 /* in : adapt, whose output is `own`; channels, place of their list
  * out: false, and a message, if its channel would add its model a second time */
 static bool check_sum(struct cb_loader *loader, const struct cb_adapt_config *adapt, uint8_t own,
                       uint32_t channels) {
     const struct cb_config *config = loader->config;
-    const unsigned k = place_in(&config->channels[cb_adapt_channel(adapt)], adapt->output);
-    if (k == config->channels[cb_adapt_channel(adapt)].sum_count) return true;
+    const struct cb_channel_config *channel = &config->channels[cb_adapt_channel(adapt)];
+    unsigned k = 0;
+    while (k < channel->sum_count && !is_its_model(config, adapt, own, channel->sum[k])) ++k;
+    if (k == channel->sum_count) return true;
     const uint32_t sum =
         cb_find_key(loader, cb_list_at(loader, channels, cb_adapt_channel(adapt)), "sum");
     const uint32_t at = cb_list_at(loader, sum, k);
     return cb_fail(loader, CB_ERROR_NAME, at,
-                   "%o is already in this sum as %s, which is %o adapted; omit one of them", at,
-                   config->outputs[own].name, at);
+                   "%o is already in this sum as %s, which is \"%s\" adapted; omit one of them", at,
+                   config->outputs[own].name, config->outputs[adapt->output].name);
 }
 
 /* in : at, the term in the file; own, its output

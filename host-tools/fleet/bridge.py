@@ -2,9 +2,9 @@
 """From the broker to a time-series database: what boxes publish becomes lines of Prometheus' text format, with times,
 for the address /api/v1/import/prometheus of VictoriaMetrics. Values of an absence keep the time of their reading."""
 
+import http.client
 import json
 import time
-import urllib.error
 import urllib.request
 
 from .links import NOT_OF_A_BOX, Residuals, is_number
@@ -70,7 +70,7 @@ class Database:
             request = urllib.request.Request(self.address + "/api/v1/import/prometheus", data=body, method="POST")
             try:
                 urllib.request.urlopen(request, timeout=30).close()
-            except (OSError, urllib.error.HTTPError):
+            except (OSError, http.client.HTTPException):
                 return False
             self.written += len(self.waiting)
             self.waiting = []

@@ -60,14 +60,14 @@ def run(job, machine, records, brothers):
         raise FleetError(f"this computer has {tools.version()}, and the job needs {job['version']}")
     with tempfile.TemporaryDirectory(prefix="compbox-fleet-") as name:
         folder = pathlib.Path(name)
-        (folder / "machine.json").write_text(machine)
+        (folder / "machine.json").write_text(machine, encoding="utf-8")
         for number, text in enumerate(brothers):
-            (folder / name_of_brother(number)).write_text(text)
+            (folder / name_of_brother(number)).write_text(text, encoding="utf-8")
         try:
-            (folder / "record.csv").write_text(joined(records))
+            (folder / "record.csv").write_text(joined(records), encoding="utf-8")
             for step in job["steps"]:
                 tools.compbox(*step, folder=folder)
         except FleetError as error:
             return {"failed": str(error)}
         made = (file for file in (TERM, MODEL, MOMENTS, PRIOR) if (folder / file).exists())
-        return {"files": {file: (folder / file).read_text() for file in made}}
+        return {"files": {file: (folder / file).read_text(encoding="utf-8") for file in made}}

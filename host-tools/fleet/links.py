@@ -72,7 +72,7 @@ class Folder:
             try:
                 changed, snapshot = path.stat().st_mtime_ns, None
                 if self.times.get(path) != changed:
-                    snapshot = json.loads(path.read_text())
+                    snapshot = json.loads(path.read_text(encoding="utf-8"))
                     found.append((path.parent.name, snapshot["revision"],
                                   {str(one["name"]): one["value"] for one in snapshot["signals"]}))
                 self.times[path] = changed

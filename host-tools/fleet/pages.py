@@ -2,6 +2,7 @@
 """Serves the page of a site, and hands its questions to the time-series database. It keeps what an alert manager would
 get. It listens on 127.0.0.1 alone, for a browser of this computer."""
 
+import http.client
 import http.server
 import json
 import pathlib
@@ -36,7 +37,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                 self.answer(200, "application/json", reply.read())
         except urllib.error.HTTPError as error:
             self.answer(error.code, "application/json", error.read())
-        except OSError:
+        except (OSError, http.client.HTTPException):
             self.answer(502, "text/plain", b"the database does not answer\n")
 
     def do_POST(self):

@@ -36,7 +36,7 @@ def take(payload, keys, place):
             write_file(pathlib.Path(f"{place}.minisig"), signature.encode())
         return None
     with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / "coefficients.json").write_text(text)
+        (pathlib.Path(folder) / "coefficients.json").write_text(text, encoding="utf-8")
         tools.compbox("check", "coefficients.json", folder=folder)
     put(text, signature, place)
     return made["revision"]

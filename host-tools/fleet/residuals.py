@@ -61,9 +61,9 @@ def judged(text, place):
     found = residuals_of(text, place)
     entry = {name: figures(values) for name, values in found.items()}
     with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / "record.csv").write_text(text)
+        (pathlib.Path(folder) / "record.csv").write_text(text, encoding="utf-8")
         tools.compbox("report", "record.csv", "--drift", "-o", "drift.json", folder=folder)
-        report = json.loads((pathlib.Path(folder) / "drift.json").read_text())
+        report = json.loads((pathlib.Path(folder) / "drift.json").read_text(encoding="utf-8"))
     for name, drift in report.items():
         if probe_of(name) in entry:
             entry[probe_of(name)].update(drift=drift["finding"], drifted=drift["noticed"] is not None)

@@ -14,7 +14,7 @@ FILE = "coefficients.json"
 def folder_with(text):
     """A folder for the time of the block, with a coefficient file."""
     with tempfile.TemporaryDirectory() as folder:
-        (pathlib.Path(folder) / FILE).write_text(text)
+        (pathlib.Path(folder) / FILE).write_text(text, encoding="utf-8")
         yield pathlib.Path(folder)
 
 
@@ -27,5 +27,5 @@ def signed(text, key):
 def verify(text, signature, keys):
     """in: a file and its signature; a folder of NAME.pub. Throws FleetError unless one of the keys made it."""
     with folder_with(text) as folder:
-        (folder / f"{FILE}.minisig").write_text(signature)
+        (folder / f"{FILE}.minisig").write_text(signature, encoding="utf-8")
         tools.compbox("verify", FILE, "--keys", pathlib.Path(keys).resolve(), folder=folder)

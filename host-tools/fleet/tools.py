@@ -11,7 +11,7 @@ def compbox(*arguments, folder=None):
     """in: a command and its arguments. out: what it printed. Throws FleetError with its sentence."""
     program = os.environ.get("COMPBOX_PROGRAM", "compbox")
     try:
-        done = subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, text=True)
+        done = subprocess.run([program, *map(str, arguments)], cwd=folder, capture_output=True, encoding="utf-8")
     except OSError as error:
         raise FleetError(f"{program}: {error.strerror}; install the package compbox") from error
     if done.returncode:

@@ -9,6 +9,7 @@ import pathlib
 import queue
 import random
 import shutil
+import socket
 import subprocess
 import threading
 import time
@@ -328,6 +329,23 @@ def test_no_message_ends_the_site(link, payload):
             link.messages.put((f"plant/m000/{kind}", payload))
         bring("m001/state", {"revision": 8, "runs": True})
         turn()
+
+
+def test_lines_wait_while_the_database_does_not_speak_http():
+    with socket.create_server(("127.0.0.1", 0)) as door:
+        database = bridge.Database(f"http://127.0.0.1:{door.getsockname()[1]}")
+        database.take(["line"])
+
+        def answer():
+            connection = door.accept()[0]
+            connection.recv(10000)
+            connection.sendall(b"what?\r\n")
+            connection.close()
+        thread = threading.Thread(target=answer)
+        thread.start()
+        assert not database.write()
+        thread.join()
+    assert database.waiting == ["line"]
 
 
 def test_messages_without_a_pause_are_taken_in_parts(link):

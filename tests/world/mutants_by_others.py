@@ -2023,4 +2023,128 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "stats.c",
       "    if (row->read != CB_TRANSFER_FAILED || row->write != CB_TRANSFER_FAILED)\n",
       "    if (row->read == CB_TRANSFER_OK)\n")),
+    ("other-bank-term-lives-on-stale-inputs",
+     "A linear term with a bank does not check whether its inputs are fresh: after a thermometer has failed it "
+     "goes on with the last value for ever instead of fading, and the box is not reported as degraded",
+     ("firmware/terms/columns.c",
+      "        if (!signal->fresh) return CB_TERM_MISSING;\n"
+      "        const float x =\n",
+      "        const float x =\n")),
+    ("other-can-field-at-the-end-is-short",
+     "A CAN frame whose last byte is the last byte of the field counts as too short: signals at the end of "
+     "their frame are never read, become stale, and short_frames rises",
+     (SIGNALS + "can.c",
+      "        if (field->offset + cb_number_bytes(field->type) > length) {\n",
+      "        if (field->offset + cb_number_bytes(field->type) >= length) {\n")),
+    ("other-write-of-fewer-registers-is-confirmed",
+     "The reply to FC16 is accepted whatever number of registers it confirms: a PLC or gateway that took only a "
+     "part of the block counts as having all outputs",
+     ("firmware/wire/modbus.c",
+      "    return length == 5 && get_u16(pdu + 1) == request->write_start &&\n"
+      "           get_u16(pdu + 3) == request->write_count;\n",
+      "    return length == 5 && get_u16(pdu + 1) == request->write_start;\n")),
+    ("other-step-bound-in-units-not-um",
+     "The largest step of the control is taken as a number of increments instead of micrometres: with a scale "
+     "below 1 the outputs may be many times further from the applied value than the control accepts, with one "
+     "above 1 they move too slowly",
+     ("firmware/load/control.c",
+      "        if (channel->has_applied) channel->step_um = (float)config->plc.step_units * channel->scale;\n",
+      "        if (channel->has_applied) channel->step_um = (float)config->plc.step_units;\n")),
+    ("other-changed-beat-behind-a-silence-is-life",
+     "Behind a silence the first reading counts as a beat if the heartbeat differs from the one before the "
+     "silence: a PLC whose program stopped meanwhile counts as alive for the whole heartbeat timeout, and the "
+     "box compensates into it",
+     (BOX + "plc.c",
+      "    state->beat = true;\n"
+      "    if (!first && heartbeat != state->plc_heartbeat) {\n",
+      "    const bool changed = heartbeat != state->plc_heartbeat && (state->beat || !first);\n"
+      "    state->beat = true;\n"
+      "    if (changed) {\n")),
+    ("other-fc23-exchange-from-the-new-reading",
+     "With FC23 the time of the reading behind the written outputs is taken after the new request's time has "
+     "replaced it: the measured exchange is about one period too short, so positions are looked ahead too "
+     "little and moving axes are compensated late",
+     ("hal/cycle.c",
+      "    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;\n"
+      "    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;\n"
+      "    cycle->in.read_us = now(hal);\n",
+      "    const struct cb_block_config *read = &exchange->plc->read, *write = &exchange->plc->write;\n"
+      "    cycle->in.read_us = now(hal);\n"
+      "    const int64_t made_from_us = cycle->in.read_ok ? cycle->in.read_us : 0;\n")),
+    ("other-row-beside-the-ring-stays-the-last",
+     "Once a row has found the ring full, the row beside the ring counts as the run's last one for ever: at the "
+     "end an old row is taken behind the newest, so final counters, mode and reason in the statistics are those "
+     "of long ago and the record ends with a row from the past",
+     (DAEMON + "loop.c",
+      "    loop->is_beside = slot < 0;\n",
+      "    if (slot < 0) loop->is_beside = true;\n")),
+    ("other-other-unit-id-needs-no-restart",
+     "A file with another unit id of the PLC is taken in a reload although the connection keeps the old one "
+     "until a restart: the log says that the new revision is running, and the box still talks to the old unit",
+     (DAEMON + "reload.c",
+      "    if (a->transport != b->transport || a->unit != b->unit || a->port != b->port ||\n",
+      "    if (a->transport != b->transport || a->port != b->port ||\n")),
+    ("other-old-heartbeat-is-resumed",
+     "A heartbeat of the PLC in the state file is used whatever its age: after a box was off for minutes the "
+     "wrapped count passes for a restart of the PLC, the outputs begin at zero although the PLC holds its "
+     "offset, and the axis steps",
+     (OUTPUT + "state.c",
+      "    if (pause_us < 0 || pause_us > CB_STATE_BEAT_US) return;\n",
+      "    if (pause_us < 0) return;\n")),
+    ("other-lag-resumed-with-another-tau",
+     "The records of the state file are found without their time constant: after a restart all lags of one "
+     "input in a bank begin with the memory of the first one, and the thermal model is wrong for hours",
+     (OUTPUT + "state.c",
+      "           strncmp(record->lag_of, lag->lag_of, CB_NAME_SIZE) == 0 && record->power == lag->power &&\n"
+      "           record->tau_s == lag->tau_s;\n",
+      "           strncmp(record->lag_of, lag->lag_of, CB_NAME_SIZE) == 0 && record->power == lag->power;\n")),
+    ("other-black-box-event-at-the-end-is-cut",
+     "A file of the black box that reaches its longest time clears the pending event: an event that came "
+     "shortly before has no seconds behind it in any file",
+     (OUTPUT + "blackbox.c",
+      "    if (error != 0 || last_time(box) == box->event_us + CB_BLACKBOX_AFTER_US) box->word = NULL;\n",
+      "    box->word = NULL;\n")),
+    ("other-unsent-start-of-a-node-is-done",
+     "A start command that the CAN socket refuses counts as sent: a node without a heartbeat timeout stays pre- "
+     "operational for the whole run, and its signals are missing",
+     (LINUX + "can_source.c",
+      "        if (!cb_can_send(&source->can, &frame))\n"
+      "            cb_canopen_not_sent(&source->config, source->nodes, &frame);\n",
+      "        (void)cb_can_send(&source->can, &frame);\n")),
+    ("other-reply-of-another-unit-is-taken",
+     "The unit id of a reply is not compared: behind a gateway the registers of another device pass for those "
+     "of the PLC",
+     (LINUX + "tcp.c",
+      "    if (tcp->received[UNIT_OFFSET] == tcp->unit)\n"
+      "        answer =\n"
+      "            cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);\n",
+      "    answer = cb_modbus_decode(request, tcp->received + HEADER_BYTES, bytes, registers, &exception);\n")),
+    ("other-dropped-connections-without-a-pause",
+     "A dropped connection no longer begins a pause: a PLC or gateway that accepts connections but never "
+     "replies is connected anew several times a second without end, which fills its connection table and the "
+     "log",
+     (LINUX + "link.c",
+      "    go_down(link, cause, error_number, now_us);\n"
+      "    longer_backoff(link);\n"
+      "    if (at_once) begin_attempt(link, now_us);\n",
+      "    go_down(link, cause, error_number, now_us);\n"
+      "    if (at_once) begin_attempt(link, now_us);\n")),
+    ("other-torn-file-replaces-the-good-one",
+     "A state, statistics or snapshot file that could not be written completely is renamed into place all the "
+     "same: a full disk replaces the good state file by a torn one, and the next start has neither lags nor "
+     "probes nor STOPPED",
+     (OUTPUT + "output_file.c",
+      "    error = cb_output_close(fd, error, durable);\n"
+      "    if (error == 0 && rename(temporary, path) != 0) error = errno;\n",
+      "    error = cb_output_close(fd, error, durable);\n"
+      "    if (rename(temporary, path) != 0 && error == 0) error = errno;\n")),
+    ("other-jitter-without-overruns",
+     "The lateness of a tick that was due while the cycle before it was still running is not counted: jitter_us "
+     "in statistics and snapshot looks well in a run whose cycles overrun",
+     (LINUX + "tick.c",
+      "    const int64_t due_ns = tick->start_ns + (before + 1) * tick->period_ns;\n"
+      "    int64_t now_ns = cb_clock_ns(tick->clock);\n"
+      "    tick->worst_ns = now_ns > due_ns ? now_ns - due_ns : 0;\n",
+      "    int64_t now_ns = cb_clock_ns(tick->clock);\n"
+      "    tick->worst_ns = 0;\n")),
 ]

@@ -709,11 +709,15 @@ double reference_box::most_change(double value, const Value &value_at) const {
     for (std::size_t i = 0; i < at.size(); ++i) {
         if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
         const double there = at[i];
-        double most = 0;
+        double low = there - unsure_[i], high = there + unsure_[i], most = 0;
+        if (i < signals_.size()) {  // the box holds it inside of its range
+            low = std::clamp(signals_[i].min, low, there);
+            high = std::clamp(signals_[i].max, there, high);
+        }
         // Over a wide range curves have tops and valleys.
-        const int places = unsure_[i] > 1 ? 16 : 2;
-        for (int place = -places; place <= places; ++place) {
-            at[i] = there + unsure_[i] * place / places;
+        const int places = unsure_[i] > 1 ? 32 : 4;
+        for (int place = 0; place <= places; ++place) {
+            at[i] = low + (high - low) * place / places;
             most = std::max(most, std::fabs(value_at(at) - value));
         }
         at[i] = there;

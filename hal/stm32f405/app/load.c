@@ -116,9 +116,12 @@ char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
     return 0;
 }
 
-/* The first slot's place is used if both have one; in one machine they are the same. */
+/* The place is that of the newest file, because another revision may have moved it. */
 bool cb_load_report_place(struct cb_slot_report *report) {
+    const bool b_first =
+        found[1].state == CB_SLOT_WHOLE &&
+        (found[0].state != CB_SLOT_WHOLE || found[1].slot.revision > found[0].slot.revision);
     for (int i = 0; i < CB_SLOTS; ++i)
-        if (cb_slot_read_report(slots[i], CB_FLASH_SLOT_BYTES, report)) return true;
+        if (cb_slot_read_report(slots[i ^ (int)b_first], CB_FLASH_SLOT_BYTES, report)) return true;
     return false;
 }

@@ -465,6 +465,13 @@ TEST(probes, need_a_file_in_which_one_channel_adds_the_term_alone) {
               "channels[0].sum[1]: \"thermal\" is already in this sum as adapted, which is "
               "\"thermal\" adapted; omit one "
               "of them");
+    EXPECT_EQ(refusal({{R"("min_interval_s": 1}],)", R"("min_interval_s": 1},
+ {"name": "again", "type": "adapt", "of": "thermal", "probe": {"value": "probe", "count": "probe_n"},
+  "bias_max_um": 30, "gain_max": 0.5, "step_max_um": 5, "drift_um_per_sqrt_h": 6,
+  "gain_drift_per_sqrt_h": 0.5, "sigma_um": 1.5}],)"},
+                       {"[\"adapted\", \"EXX\"]", "[\"adapted\", \"again\"]"}}),
+              "channels[0].sum[1]: \"again\" is already in this sum as adapted, which is "
+              "\"thermal\" adapted; omit one of them");
     EXPECT_EQ(refusal({{"[\"adapted\", \"EXX\"]", "[\"EXX\"]"}}),
               "terms[2].probe: no channel adds this term, so the box does not know what its probe "
               "still sees; name it in a "
