@@ -199,27 +199,25 @@ class look_back_invariant : public invariant {
     time_ns since_ns_ = 0;
 };
 
-// A PLC that accepts no write is not compensated again and again, and soon is FAULT.
+// A PLC that accepts no write is not compensated again and again, and soon is FAULT: behind some
+// seconds in which it answers.
 class refused_invariant : public invariant {
   public:
     explicit refused_invariant(run &of) : invariant(of, "refused") {}
     void started() override {
         times_ = 0;
-        refused_ns_ = never;
-        ends_ = false;
+        is_refused_ = ends_ = false;
+        refused_ns_ = 0;
     }
     void exchanged(const exchange &seen) override {
+        take_answer(of_.running_at(seen.sent), seen);
         if (!seen.written.empty()) {
             times_ = 0;
-            refused_ns_ = never;
             const unsigned mode = block_of(of_.author_of(seen), seen).mode;
             if (mode != fakeplc::box_mode::fault) taken_ns_ = seen.sent;
-        } else if (seen.exception != 0 && seen.function != 3) {
-            refused_ns_ = std::min(refused_ns_, seen.now);
         }
         // A write without a reply is none that is refused.
-        if (refused_ns_ != never && seen.now - refused_ns_ > 6 * second && !ends_ && hears_all() &&
-            !draws(of_, fault_kind::mute))
+        if (refused_ns_ > 6 * second && !ends_ && hears_all() && !draws(of_, fault_kind::mute))
             violated("writes are refused for six seconds, and the box is not in FAULT");
     }
     void logged(const std::string &line) override {
@@ -229,16 +227,32 @@ class refused_invariant : public invariant {
         for (const char *mode : {"FAULT: ", "STOPPED: ", "about the mode left out"})
             ends_ = ends_ || line.find(mode) != std::string::npos;
         const time_ns since_ns = of_.time.now() - taken_ns_;
-        if (line.find("FAULT: the PLC refuses the writes") != std::string::npos &&
-            since_ns < least_refused && hears_all() && !draws(of_, fault_kind::mute))
+        const bool refuses = line.find("FAULT: the PLC refuses the writes") != std::string::npos;
+        if (refuses && since_ns < least_refused && hears_all() && !draws(of_, fault_kind::mute))
             violated(fmt::format("FAULT by refused writes, {} ms after one that was accepted",
                                  since_ns / ms));
+        if (refuses && refused_ns_ < least_refused && longest_lag(of_) == 0 &&
+            !draws_any(of_, {fault_kind::wire, fault_kind::line, fault_kind::foreign,
+                             fault_kind::stray, fault_kind::memory}))
+            violated(fmt::format("FAULT by refused writes, and the PLC answered for {} ms",
+                                 refused_ns_ / ms));
         if (line.find("ACTIVE: ") == std::string::npos) return;
         if (++times_ > most_times && hears_all())
             violated(fmt::format("ACTIVE {} times, and the PLC accepted no write", times_));
     }
 
   private:
+    // A refused write is an answer, and so is a reading. An outage lies between two that are far
+    // apart.
+    void take_answer(const machine &facts, const exchange &seen) {
+        const bool is_refusal = seen.exception != 0 && seen.function != 3;
+        if (!seen.written.empty()) is_refused_ = false;
+        if (!is_refused_) refused_ns_ = 0;
+        if (!is_refusal && (seen.duration == never || !is_reading(facts, seen))) return;
+        const time_ns pause_ns = seen.now - std::exchange(answered_ns_, seen.now);
+        if (is_refused_ && pause_ns < 8 * facts.period_us * us) refused_ns_ += pause_ns;
+        is_refused_ = is_refused_ || is_refusal;
+    }
     bool hears_all() const {
         return longest_lag(of_) == 0 &&
                !draws_any(of_, {fault_kind::loss, fault_kind::reset, fault_kind::tear,
@@ -249,7 +263,9 @@ class refused_invariant : public invariant {
     static constexpr time_ns least_refused = 2500 * ms;  // the box: 3 s
     int times_ = 0;
     time_ns taken_ns_ = -never / 2;  // the newest write that is no FAULT
-    time_ns refused_ns_ = never;     // the first since the last write that was accepted
+    time_ns answered_ns_ = 0;        // the newest answer
+    bool is_refused_ = false;        // a write, and none was accepted since …
+    time_ns refused_ns_ = 0;         // … the time since then in which the PLC answered
     bool ends_ = false;              // the last mode in the log is FAULT or STOPPED
 };
 
