@@ -218,7 +218,8 @@ def add_site(add):
     command.add_argument("--wait", type=float, metavar="S", help="end after so many seconds")
     command.add_argument("-o", "--output", metavar="DIR", help="keep data and logs in this new folder")
     command = add("bridge", run_bridge, "Bring what boxes publish into a time-series database",
-                  "--mqtt broker:8883 --mqtt-user site --database http://127.0.0.1:8428")
+                  "--mqtt broker:8883 --mqtt-user site --mqtt-password-file site.password --mqtt-ca ca.pem "
+                  "--database http://127.0.0.1:8428")
     command.add_argument("--database", required=True, metavar="URL", help="a VictoriaMetrics, as http://127.0.0.1:8428")
     command.add_argument("--watch", metavar="DIR", help="registry whose forecasts the alerts compare residuals with")
     add_broker(command, "topics of the boxes begin with it (compbox)")
