@@ -11,8 +11,7 @@ static unsigned place_in(const struct cb_channel_config *channel, uint8_t output
     return k;
 }
 
-/* out: true if this output of the sum is the model of `adapt`, as it is or adapted by another term
- */
+/* out: true if this output is the model of `adapt`, as it is or adapted by another term */
 static bool is_its_model(const struct cb_config *config, const struct cb_adapt_config *adapt,
                          uint8_t own, uint8_t output) {
     const struct cb_term_config *term = &config->terms[config->outputs[output].term];

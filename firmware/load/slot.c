@@ -56,13 +56,12 @@ enum cb_slot_state cb_slot_read(const void *bytes, size_t size, struct cb_slot *
     return CB_SLOT_WHOLE;
 }
 
-int cb_slot_newest(const void *const bytes[CB_SLOTS], size_t size, struct cb_slot *slot) {
+int cb_slot_newest(const enum cb_slot_state states[CB_SLOTS],
+                   const struct cb_slot slots[CB_SLOTS]) {
     int newest = -1;
     for (int i = 0; i < CB_SLOTS; ++i) {
-        struct cb_slot one;
-        if (cb_slot_read(bytes[i], size, &one) != CB_SLOT_WHOLE) continue;
-        if (newest >= 0 && one.revision <= slot->revision) continue;
-        *slot = one;
+        if (states[i] != CB_SLOT_WHOLE) continue;
+        if (newest >= 0 && slots[i].revision <= slots[newest].revision) continue;
         newest = i;
     }
     return newest;

@@ -52,10 +52,10 @@ struct cb_slot_report {
  * out: *slot if CB_SLOT_WHOLE, else unchanged. Reads each byte at most twice. */
 enum cb_slot_state cb_slot_read(const void *bytes, size_t size, struct cb_slot *slot);
 
-/* in : bytes[CB_SLOTS], each of `size` bytes
- * out: index and content of the slot to load: the whole one with the higher revision, the first of
- *      two equal ones; -1 and *slot unchanged if neither is whole */
-int cb_slot_newest(const void *const bytes[CB_SLOTS], size_t size, struct cb_slot *slot);
+/* in : both slots, as cb_slot_read() left them
+ * out: index of the slot to load: the whole one with the higher revision, the first of two equal
+ *      ones; -1 if neither is whole */
+int cb_slot_newest(const enum cb_slot_state states[CB_SLOTS], const struct cb_slot slots[CB_SLOTS]);
 
 /* in : text[length], length 1 … CB_MAX_TEXT_BYTES
  * out: its header, without a report */

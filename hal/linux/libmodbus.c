@@ -222,9 +222,11 @@ static void work(struct cb_libmodbus *client) {
         do_both(client, &job->write, &job->reads[0]);
     else if (writes)
         do_write(client, &job->write);
-    if (client->link.state == CB_LINK_UP && __atomic_load_n(&client->leave, __ATOMIC_ACQUIRE))
-        drop(client, CB_LINK_CAUSE_LEFT, 0);
     if (client->link.state != CB_LINK_UP) return;
+    if (__atomic_load_n(&client->leave, __ATOMIC_ACQUIRE)) {
+        drop(client, CB_LINK_CAUSE_LEFT, 0);
+        return;
+    }
     if (!combined) wait_for_readings(client);
     do_reads(client, combined ? 1 : 0);
 }

@@ -419,8 +419,8 @@ TIME = [
     ("ages-by-wall-clock", "Ages follow the wall clock",
      (LINUX + "clock.h", "return cb_clock_ns(CLOCK_BOOTTIME) / 1000;", "return cb_clock_ns(CLOCK_REALTIME) / 1000;")),
     ("watchdog-by-time", "The hardware watchdog is fed without completed cycles",
-     (DAEMON + "supervise.c", "if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;",
-      "if (every_us == 0 || now_us - *fed_us < every_us) return false;")),
+     (DAEMON + "supervise.c", "return every_us != 0 && steps != fed_steps && now_us - fed_us >= every_us;",
+      "return every_us != 0 && steps >= fed_steps && now_us - fed_us >= every_us;")),
     ("watchdog-left-armed", "An intended end leaves the hardware watchdog armed",
      (DAEMON + "supervise.c", "    write_byte(supervise->watchdog_fd, 'V');", "    (void)supervise;")),
 ]

@@ -1412,10 +1412,8 @@ DEFECTS_BY_OTHERS = [
     ("other-fed-without-cycles",
      "The number of cycles at the last feed is not kept, so both watchdogs are fed although the loop "
      "hangs, and nothing resets the machine.",
-     (DAEMON + "supervise.c",
-      "    *fed_steps = steps;\n"
-      "    *fed_us = now_us;\n",
-      "    *fed_us = now_us;\n")),
+     (DAEMON + "supervise.c", "        supervise->notify_steps = steps;\n", ""),
+     (DAEMON + "supervise.c", "        supervise->watchdog_steps = steps;\n", "")),
     ("other-silence-is-enable-edge",
      "A short silence of the PLC counts as if enable had been off, so its unchanged level afterwards is taken "
      "for a new rising edge and the box goes from HOLD to ACTIVE without permit resume",

@@ -66,12 +66,9 @@ int cb_supervise_open_watchdog(struct cb_supervise *supervise, const char *devic
 }
 
 /* out: true if cycles were completed since the last feed, and it is time */
-static bool is_due(uint32_t steps, uint32_t *fed_steps, int64_t now_us, int64_t *fed_us,
+static bool is_due(uint32_t steps, uint32_t fed_steps, int64_t now_us, int64_t fed_us,
                    int64_t every_us) {
-    if (every_us == 0 || steps == *fed_steps || now_us - *fed_us < every_us) return false;
-    *fed_steps = steps;
-    *fed_us = now_us;
-    return true;
+    return every_us != 0 && steps != fed_steps && now_us - fed_us >= every_us;
 }
 
 static void write_byte(int fd, char byte) {
@@ -83,16 +80,18 @@ static void write_byte(int fd, char byte) {
 static void feed(struct cb_supervise *supervise, uint32_t steps, int64_t now_us) {
     if (steps == 0) return;
     if (!supervise->ready && notify(supervise, "READY=1")) cb_flag_raise(&supervise->ready);
-    uint32_t fed_steps = supervise->notify_steps;
-    int64_t fed_us = supervise->notify_fed_us;
-    if (is_due(steps, &fed_steps, now_us, &fed_us, supervise->notify_us) &&
+    if (is_due(steps, supervise->notify_steps, now_us, supervise->notify_fed_us,
+               supervise->notify_us) &&
         notify(supervise, "WATCHDOG=1")) {
-        supervise->notify_steps = fed_steps;
-        supervise->notify_fed_us = fed_us;
+        supervise->notify_steps = steps;
+        supervise->notify_fed_us = now_us;
     }
-    if (is_due(steps, &supervise->watchdog_steps, now_us, &supervise->watchdog_fed_us,
-               supervise->watchdog_us))
+    if (is_due(steps, supervise->watchdog_steps, now_us, supervise->watchdog_fed_us,
+               supervise->watchdog_us)) {
+        supervise->watchdog_steps = steps;
+        supervise->watchdog_fed_us = now_us;
         write_byte(supervise->watchdog_fd, '\0');
+    }
 }
 
 static void *run(void *argument) {

@@ -15,10 +15,8 @@ static const void *const slots[CB_SLOTS] = {CB_FLASH_SLOT_A, CB_FLASH_SLOT_B};
 static const struct cb_ceiling ceiling = {.um = CB_MOST_UM, .um_per_s = CB_MOST_UM_PER_S};
 
 /* The slots as the start found them. Reading two full ones takes 26 ms at 168 MHz. */
-static struct {
-    enum cb_slot_state state;
-    struct cb_slot slot;
-} found[CB_SLOTS];
+static enum cb_slot_state states[CB_SLOTS];
+static struct cb_slot found[CB_SLOTS];
 
 static struct cb_text *begin(struct cb_console *console, int index) {
     struct cb_text *line = cb_console_line(console);
@@ -29,9 +27,9 @@ static struct cb_text *begin(struct cb_console *console, int index) {
 /* in : index 0 or 1
  * out: one line on the console about the content of the slot */
 static void report(struct cb_console *console, int index) {
-    const struct cb_slot *slot = &found[index].slot;
+    const struct cb_slot *slot = &found[index];
     struct cb_text *line = begin(console, index);
-    switch (found[index].state) {
+    switch (states[index]) {
         case CB_SLOT_EMPTY:
             cb_text_put(line, "empty");
             break;
@@ -92,7 +90,7 @@ static bool try_slot(struct cb_config *config, struct cb_load_scratch *scratch,
 
 void cb_load_read(void) {
     for (int i = 0; i < CB_SLOTS; ++i)
-        found[i].state = cb_slot_read(slots[i], CB_FLASH_SLOT_BYTES, &found[i].slot);
+        states[i] = cb_slot_read(slots[i], CB_FLASH_SLOT_BYTES, &found[i]);
 }
 
 void cb_load_report(struct cb_console *console) {
@@ -104,24 +102,21 @@ void cb_load_report(struct cb_console *console) {
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
                    struct cb_console *console, uint32_t *crc) {
     static const char names[CB_SLOTS] = {'A', 'B'};
-    struct cb_slot newest;
     cb_load_report(console);
-    const int first = cb_slot_newest(slots, CB_FLASH_SLOT_BYTES, &newest);
+    const int first = cb_slot_newest(states, found);
     if (first < 0) return 0;
     const int other = 1 - first;
-    if (try_slot(config, scratch, console, first, &newest, crc)) return names[first];
-    if (found[other].state == CB_SLOT_WHOLE &&
-        try_slot(config, scratch, console, other, &found[other].slot, crc))
+    if (try_slot(config, scratch, console, first, &found[first], crc)) return names[first];
+    if (states[other] == CB_SLOT_WHOLE &&
+        try_slot(config, scratch, console, other, &found[other], crc))
         return names[other];
     return 0;
 }
 
 /* The place is that of the newest file, because another revision may have moved it. */
 bool cb_load_report_place(struct cb_slot_report *report) {
-    const bool b_first =
-        found[1].state == CB_SLOT_WHOLE &&
-        (found[0].state != CB_SLOT_WHOLE || found[1].slot.revision > found[0].slot.revision);
+    const int first = cb_slot_newest(states, found) == 1;
     for (int i = 0; i < CB_SLOTS; ++i)
-        if (cb_slot_read_report(slots[i ^ (int)b_first], CB_FLASH_SLOT_BYTES, report)) return true;
+        if (cb_slot_read_report(slots[i ^ first], CB_FLASH_SLOT_BYTES, report)) return true;
     return false;
 }

@@ -20,11 +20,11 @@ BITS = ["test_plc.py::test_compensation_arrives_while_the_axes_move"]
 
 # name, file, what stands there (once), what is planted, tests of which one must fail
 FAULTS = [
-    ("image: the older slot runs", "firmware/load/slot.c", "one.revision <= slot->revision",
-     "one.revision > slot->revision",
+    ("image: the older slot runs", "firmware/load/slot.c", "slots[i].revision <= slots[newest].revision",
+     "slots[i].revision > slots[newest].revision",
      SLOTS),
     ("image: a refused file ends the search", "hal/stm32f405/app/load.c",
-     "if (found[other].state == CB_SLOT_WHOLE &&", "if (found[other].state != CB_SLOT_WHOLE &&",
+     "if (states[other] == CB_SLOT_WHOLE &&", "if (states[other] != CB_SLOT_WHOLE &&",
      SLOTS),
     ("image: the status register says nothing", "hal/stm32f405/app/standby.c", "CB_REASON_NO_FILE << 8", "0",
      ["test_boot.py::test_without_a_file_the_plc_is_informed_in_its_status_register"]),

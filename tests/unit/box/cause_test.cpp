@@ -33,6 +33,13 @@ config_builder two_axes() {
     return b;
 }
 
+std::string words_of(const box_rig &rig) {
+    char text[CB_CAUSE_TEXT];
+    const cb_row_cause cause = cb_name_cause(rig.box.get());
+    cb_cause_text(&cause, text);
+    return text;
+}
+
 struct cause_rig : box_rig {
     cause_rig() : box_rig(two_axes()) {
         position(8, 400);
@@ -47,12 +54,7 @@ struct cause_rig : box_rig {
             step();
         }
     }
-    std::string words() const {
-        char text[CB_CAUSE_TEXT];
-        const cb_row_cause cause = cb_name_cause(box.get());
-        cb_cause_text(&cause, text);
-        return text;
-    }
+    std::string words() const { return words_of(*this); }
     unsigned detail() const { return out.registers[15]; }
 };
 
@@ -112,12 +114,7 @@ struct sensors_rig : box_rig {
             step();
         }
     }
-    std::string words() const {
-        char text[CB_CAUSE_TEXT];
-        const cb_row_cause cause = cb_name_cause(box.get());
-        cb_cause_text(&cause, text);
-        return text;
-    }
+    std::string words() const { return words_of(*this); }
 };
 
 TEST(box_cause, a_sensor_that_the_others_contradict) {
@@ -155,12 +152,7 @@ TEST(box_cause, a_signal_that_changes_too_fast_or_was_never_there) {
     rig.position(8, 400);
     rig.position(10, 400);
     rig.steps(5);
-    const auto words = [&rig] {
-        char text[CB_CAUSE_TEXT];
-        const cb_row_cause cause = cb_name_cause(rig.box.get());
-        cb_cause_text(&cause, text);
-        return std::string(text);
-    };
+    const auto words = [&rig] { return words_of(rig); };
     EXPECT_EQ(words(), "signal T1 has had no plausible value yet");
     rig.sample(2, 200);
     rig.steps(8);

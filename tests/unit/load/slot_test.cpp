@@ -163,10 +163,12 @@ TEST(slot, the_newest_whole_slot_wins) {
     broken[33] = 0;
     const auto old = slot_of(5, "five"), fresh = slot_of(6, "six"), twin = slot_of(5, "FIVE");
     const auto newest = [](const std::vector<uint8_t> &a, const std::vector<uint8_t> &b) {
-        const void *const slots[CB_SLOTS] = {a.data(), b.data()};
-        cb_slot slot{};
-        const int index = cb_slot_newest(slots, slot_size, &slot);
-        return std::make_pair(index, index < 0 ? "" : std::string(slot.text, slot.length));
+        cb_slot slots[CB_SLOTS] = {};
+        const cb_slot_state states[CB_SLOTS] = {cb_slot_read(a.data(), slot_size, &slots[0]),
+                                                cb_slot_read(b.data(), slot_size, &slots[1])};
+        const int index = cb_slot_newest(states, slots);
+        return std::make_pair(index,
+                              index < 0 ? "" : std::string(slots[index].text, slots[index].length));
     };
     using answer = std::pair<int, std::string>;
     EXPECT_EQ(newest(old, fresh), answer(1, "six"));
