@@ -50,7 +50,9 @@ TEST(broker, does_not_knock_each_second_where_it_is_refused) {
     steady_clock::time_point refused_at[3];
     for (int knock = 0; knock < 3; ++knock) {
         const int connection = ::accept(door.descriptor(), nullptr, nullptr);
-        if (knock == 2) EXPECT_GE(steady_clock::now() - refused_at[1], milliseconds(1900));
+        if (knock == 2) {
+            EXPECT_GE(steady_clock::now() - refused_at[1], milliseconds(1900));
+        }
         char bytes[1000];
         EXPECT_GT(::recv(connection, bytes, sizeof bytes, 0), 0);
         refused_at[knock] = steady_clock::now();
