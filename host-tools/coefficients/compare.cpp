@@ -273,6 +273,20 @@ json figures_of(const cb_config &config, const cb_channel_config &channel,
     return figures;
 }
 
+// Adds a remark for each signal of a bus that is too old before its next reading comes.
+void judge_ages(const cb_config &config, comparison &result) {
+    for (unsigned s = 0; s < config.signals_count; ++s) {
+        const cb_signal_config &signal = config.signals[s];
+        if (signal.source != CB_SOURCE_BUS) continue;
+        const double every_ms = 1e-3 * config.buses[signal.bus].every_us;
+        if (signal.max_age_ms > every_ms) continue;
+        result.remarks.push_back(fmt::format(
+            "signal {}: the bus reads it every {:.6g} ms, and max_age_ms is {}: it is missing "
+            "before each reading",
+            signal.name, every_ms, signal.max_age_ms));
+    }
+}
+
 // Adds a remark for each entry of home_mm that is no place on the travel of an axis.
 void judge_home_names(const cb_config &config, const json &file, comparison &result) {
     const json home = provenance_of(file).value("home_mm", json::object());
@@ -341,6 +355,7 @@ comparison compare(const cb_config &config, const json &file) {
         judge_size(channel, demand, result);
     }
     judge_home_names(config, file, result);
+    judge_ages(config, result);
     for (const auto &remark : name_remarks(config, file)) result.remarks.push_back(remark);
     for (const auto &remark : pair_remarks(config)) result.remarks.push_back(remark);
     return result;

@@ -12,11 +12,15 @@ void add_json(cli::command &command, bool &as_json) {
     command.add_flag("--json", as_json, "Print the result as JSON");
 }
 
+bool on_stdout(const std::vector<std::string> &files) {
+    return std::any_of(files.begin(), files.end(), [](const std::string &file) {
+        return file == "-" || file == "/dev/stdout";
+    });
+}
+
 void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,
                    const std::vector<std::string> &remarks) {
-    for (const char *name : {"-", "/dev/stdout"}) {
-        if (std::count(files.begin(), files.end(), name) > 0) return;
-    }
+    if (on_stdout(files)) return;
     json summary;
     summary["files"] = files;
     summary.update(figures);

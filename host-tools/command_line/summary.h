@@ -12,8 +12,11 @@ namespace compbox::cli {
 
 void add_json(cli::command &command, bool &as_json);
 
-// Prints {"files": …, the keys of `figures`, "remarks": …}. Nothing where a file went to stdout
-// itself ("-").
+// Whether one of the files written is stdout itself ("-"), which then takes no report behind it.
+bool on_stdout(const std::vector<std::string> &files);
+
+// Prints {"files": …, the keys of `figures`, "remarks": …}. Nothing where a file is
+// on_stdout().
 void print_summary(std::ostream &out, const std::vector<std::string> &files, const json &figures,
                    const std::vector<std::string> &remarks = {});
 

@@ -2,6 +2,7 @@
 #include "host-tools/commission/write.h"
 
 #include <cmath>
+#include <cstdint>
 #include <ctime>
 
 #include "host-tools/formats/error.h"
@@ -72,7 +73,11 @@ json with_result(const json &document, const std::string &file, const findings &
         changed["cycle"]["lead_ms"] = std::min(500.0, std::round(lead_of(*result.times)));
     }
     if (changed.contains("terms") && !changed["terms"].empty()) {
-        changed["revision"] = changed["revision"].get<std::uint32_t>() + 1;
+        const auto revision = changed["revision"].get<std::uint32_t>();
+        if (revision == UINT32_MAX) {
+            throw input_error(file, 0, 0, "revision: {} is the highest, so none is next", revision);
+        }
+        changed["revision"] = revision + 1;
     }
     changed["provenance"]["commissioning"] = figures_of(document, result);
     return changed;

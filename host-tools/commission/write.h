@@ -28,7 +28,8 @@ struct findings {
 json earlier_figures(const json &document);
 
 // out: the document with signs, lead_ms (unless it is "measured") and provenance.commissioning;
-// with terms, also the next revision. Throws input_error if provenance is not an object.
+// with terms, also the next revision. Throws input_error if provenance is not an object, or
+// the revision the highest.
 json with_result(const json &document, const std::string &file, const findings &result);
 
 // out: the figures of provenance.commissioning, also for --json; those of an earlier run that this

@@ -219,6 +219,7 @@ void run_assemble(const assemble_arguments &arguments, const cli::streams &io) {
         for (const double sigma : sigma_um) figures["sigma_um"].push_back(sigma);
         return cli::print_summary(io.out, {arguments.output}, figures, remarks);
     }
+    if (cli::on_stdout({arguments.output})) return;
     io.out << fmt::format("{} positions from {} to {} mm written to {}\n", at_mm.size(),
                           at_mm.front(), at_mm.back(), arguments.output);
     for (Eigen::Index line = 0; line < sigma_um.size(); line += 3) {

@@ -35,7 +35,7 @@ void run_build(const build_options &options, const cli::streams &io) {
                                    {"range_accepted", request.accept_range}},
                                   remarks);
     }
-    auto &out = request.output == "-" ? io.err : io.out;
+    auto &out = cli::on_stdout({request.output}) ? io.err : io.out;
     for (const auto &note : built.notes) out << note << "\n";
     for (const auto &remark : built.remarks) out << "Remark: " << remark << "\n";
 }

@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
@@ -54,6 +55,7 @@ void run_etve(const etve_arguments &arguments, const cli::streams &io) {
     if (!arguments.plot.empty()) test_report::plot_etve(record, arguments.log, arguments.plot);
     const std::string text = formats::json_text(figures);
     if (!arguments.output.empty()) formats::write_file(arguments.output, text, &io.out);
+    if (cli::on_stdout({arguments.output})) return;
     io.out << (arguments.as_json ? text : test_report::etve_text(figures));
 }
 

@@ -48,7 +48,7 @@ constexpr table_format formats[] = {
 constexpr std::size_t most_cam_points = 10000;
 
 struct export_arguments {
-    std::string input, format, folder, path_file;
+    std::string input, format, folder;
     std::vector<std::string> ranges, at, axes, names, lost_motion, path;
     std::string master = "X";
     std::optional<double> step_mm;
@@ -134,6 +134,7 @@ void take_options(export_arguments &arguments) {
     arguments.table.axis_of = texts_of("--axis", arguments.axes);
     arguments.text.axis_name = texts_of("--name", arguments.names);
     arguments.text.lost_motion_um = numbers_of("--lost-motion-um", arguments.lost_motion);
+    arguments.table.lost_motion_um = arguments.text.lost_motion_um;
     arguments.text.source = arguments.input.substr(arguments.input.find_last_of('/') + 1);
 }
 
@@ -162,14 +163,27 @@ void check_names(const exports::channel_model &model, const export_arguments &ar
     }
     for (const auto &[name, own] : arguments.text.axis_name) {
         if (!known(name, true) && !known(name, false)) refuse("--name", name, "channel or signal");
-        for (const auto &[other, same] : arguments.text.axis_name) {
-            const bool alike = (known(name, true) && known(other, true)) ||
-                               (known(name, false) && known(other, false));
-            if (other == name) break;
-            if (own != same || !alike) continue;
-            throw cli::usage_error("--name",
-                                   fmt::format("{} and {} get one name, {}", other, name, own));
-        }
+    }
+}
+
+// Throws usage_error where two channels, or two positions, get one name: one table would replace
+// the other.
+void check_pairs(const exports::channel_model &model, const export_arguments &arguments) {
+    const bool sinumerik = arguments.format.compare(0, 9, "sinumerik") == 0;
+    const auto add = [&](std::map<std::string, std::string> &taken, const std::string &name) {
+        const std::string own = sinumerik ? exports::machine_axis(arguments.text, name)
+                                          : exports::control_name(arguments.text, name);
+        const auto [first, is_new] = taken.insert({own, name});
+        if (is_new) return;
+        throw cli::usage_error("--name",
+                               fmt::format("{} and {} get one name, {}", first->second, name, own));
+    };
+    std::map<std::string, std::string> channels, positions;
+    for (unsigned i = 0; i < model.config().channels_count; ++i) {
+        add(channels, model.config().channels[i].name);
+    }
+    for (unsigned i = 0; i < model.config().signals_count; ++i) {
+        if (model.is_position(i)) add(positions, model.config().signals[i].name);
     }
 }
 
@@ -200,6 +214,11 @@ void export_cams(const exports::channel_model &model, const export_arguments &ar
     }
     if (arguments.text.sign != 1) {
         throw cli::usage_error("--sign", "a cam is a path, whose sign the coefficients decide");
+    }
+    for (const auto &[name, range] : arguments.table.range) {
+        if (name == arguments.master) continue;
+        throw cli::usage_error("--range", fmt::format("a cam runs over its master {}, not over {}",
+                                                      arguments.master, name));
     }
     exports::cam_options how;
     how.master = arguments.master;
@@ -263,6 +282,31 @@ void export_table(const exports::channel_model &model, export_arguments &argumen
             exports::loss_lines(model, tables), io);
 }
 
+// Throws usage_error for an option of another format, which would change nothing.
+void refuse_options_of_others(const export_arguments &arguments) {
+    const bool cam = arguments.format == "twincat-cam";
+    const struct {
+        const char *option;
+        bool is_given, acts;
+        const char *formats;
+    } options[] = {
+        {"--unit", arguments.text.unit != "mm", arguments.format == "linuxcnc-comp",
+         "linuxcnc-comp"},
+        {"--trims", arguments.text.trims, arguments.format == "linuxcnc-comp", "linuxcnc-comp"},
+        {"--first-table", arguments.text.first_table != 0, arguments.format == "sinumerik-cec",
+         "sinumerik-cec"},
+        {"--master", arguments.master != export_arguments().master, cam, "twincat-cam"},
+        {"--path", !arguments.path.empty(), cam, "twincat-cam"},
+        {"--name", !arguments.names.empty(), !cam, "the other tables"},
+        {"--pmc-base", arguments.pmc_base != 0, arguments.format.compare(0, 4, "plc-") == 0,
+         "plc-program and plc-db"}};
+    for (const auto &one : options) {
+        if (!one.is_given || one.acts) continue;
+        throw cli::usage_error(one.option, fmt::format("it is for {}; --format {} has no use of it",
+                                                       one.formats, arguments.format));
+    }
+}
+
 // Throws usage_error for an option that acts on tables alone.
 void refuse_table_options(const export_arguments &arguments) {
     const std::pair<const char *, bool> given[] = {
@@ -273,7 +317,7 @@ void refuse_table_options(const export_arguments &arguments) {
         {"--name", !arguments.names.empty()},
         {"--lost-motion-um", !arguments.lost_motion.empty()},
         {"--sign", arguments.text.sign != 1},
-        {"--path", !arguments.path.empty() || !arguments.path_file.empty()},
+        {"--tolerance-um", arguments.table.tolerance_um != exports::table_options().tolerance_um},
         {"--most-points", arguments.most_points != 0}};
     for (const auto &[option, is_given] : given) {
         if (is_given)
@@ -299,12 +343,11 @@ void export_registers(const export_arguments &arguments, const cli::streams &io)
 
 void run_export(export_arguments &arguments, const cli::streams &io) {
     take_options(arguments);
-    if (arguments.text.unit != "mm" && arguments.format != "linuxcnc-comp") {
-        throw cli::usage_error("--unit", "only linuxcnc-comp can be in inch");
-    }
+    refuse_options_of_others(arguments);
     if (arguments.format.compare(0, 4, "plc-") == 0) return export_registers(arguments, io);
     const exports::channel_model model(arguments.input);
     check_names(model, arguments);
+    check_pairs(model, arguments);
     for (const auto &format : formats) {
         if (arguments.format == format.name) return export_table(model, arguments, format, io);
     }

@@ -11,6 +11,7 @@
 #include "firmware/base/limits.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/fit.h"
@@ -84,6 +85,7 @@ void run_fit(const fit_arguments &arguments, const cli::streams &io) {
     for (const auto &warning : result.warnings) {
         io.err << "compbox: " << arguments.data << ": " << warning << "\n";
     }
+    if (cli::on_stdout({arguments.output, arguments.band})) return;
     io.out << (arguments.as_json ? formats::json_text(fragment) : fitting::report_of(result));
 }
 

@@ -126,7 +126,7 @@ void init(init_options &options, const cli::streams &io) {
         return cli::print_summary(io.out, {options.output}, {{"machine", options.machine.name}},
                                   to_do);
     }
-    if (options.output == "-") return;
+    if (cli::on_stdout({options.output})) return;
     for (const auto &hint : to_do) io.out << hint << "\n";
 }
 

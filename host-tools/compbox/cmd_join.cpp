@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/csv_reading.h"
 #include "host-tools/formats/file.h"
@@ -91,7 +92,7 @@ void run_join(const join_arguments &arguments, const cli::streams &io) {
         own ? join_own_probes(record, arguments) : join_table(record, arguments);
     const std::string by = own ? "count" : joined.by_time ? "time" : "position";
     formats::write_file(arguments.output, metrology::joined_text(joined), &io.out);
-    if (arguments.output == "-") return;
+    if (cli::on_stdout({arguments.output})) return;
     if (arguments.as_json) {
         json report;
         report["rows"] = joined.rows.size();

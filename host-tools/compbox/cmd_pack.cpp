@@ -34,7 +34,7 @@ std::vector<std::string> remarks_on(const std::string &path, const std::string &
                         message.text, message.line, message.column)};
 }
 
-// out: remark for a file that the target rejects; "": none
+// Puts where the status register is into the header of a slot, with a serial line.
 void add_report(const cb_plc_config &plc, std::uint8_t *header) {
     if (plc.transport != CB_TRANSPORT_RTU) return;
     const cb_rtu_line &line = plc.serial.line;
@@ -48,8 +48,8 @@ constexpr unsigned most_bytes = unsigned{CB_SLOT_HEADER_BYTES} + CB_MAX_TEXT_BYT
 
 // Writes the slot, header and text, of a file that the MCU's loader takes. Throws input_error.
 void run_pack(const pack_arguments &arguments, const cli::streams &io) {
-    const auto config = coefficients::load_coefficients(arguments.input);  // checks the file
-    const std::string text = formats::read_file(arguments.input, CB_MAX_TEXT_BYTES);
+    std::string text;  // what was checked, and no second reading
+    const auto config = coefficients::load_coefficients(arguments.input, &text);
     std::string slot(CB_SLOT_HEADER_BYTES, '\0');
     cb_slot_header(config->revision, text.data(), static_cast<std::uint32_t>(text.size()),
                    reinterpret_cast<std::uint8_t *>(slot.data()));
@@ -64,7 +64,7 @@ void run_pack(const pack_arguments &arguments, const cli::streams &io) {
             remarks);
     }
     for (const auto &remark : remarks) io.err << "compbox: " << remark << "\n";
-    if (arguments.output == "-") return;
+    if (cli::on_stdout({arguments.output})) return;
     io.out << fmt::format("revision {}, {} of {} bytes: {}\n", config->revision, slot.size(),
                           most_bytes, arguments.output);
 }

@@ -11,6 +11,7 @@
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/line_sigma.h"
 #include "host-tools/compbox/monte_carlo_report.h"
@@ -305,6 +306,7 @@ void run_plan(plan_arguments &arguments, const cli::streams &io) {
                                   arguments.plot);
     }
     formats::write_file(arguments.output, formats::json_text(plan), &io.out);
+    if (cli::on_stdout({arguments.output})) return;
     if (arguments.as_json) {
         io.out << formats::json_text(plan);
     } else {

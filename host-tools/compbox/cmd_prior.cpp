@@ -55,6 +55,7 @@ void run_prior(const prior_arguments &arguments, const cli::streams &io) {
                            {{"machines", count}, {"strange", whole.strange}}, remarks);
         return;
     }
+    if (cli::on_stdout({arguments.output})) return;
     io.out << fmt::format("{} machines: {}\n", count, arguments.output);
     for (const auto &remark : remarks) io.out << remark << "\n";
 }

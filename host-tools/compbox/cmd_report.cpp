@@ -8,6 +8,7 @@
 
 #include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/formats/csv_reading.h"
@@ -201,6 +202,7 @@ void run_report(const report_arguments &arguments, const cli::streams &io) {
     }
     if (!arguments.output.empty())
         formats::write_file(arguments.output, formats::json_text(report), &io.out);
+    if (cli::on_stdout({arguments.output, arguments.page})) return;
     io.out << (arguments.as_json ? formats::json_text(report) : text_of(report));
 }
 
@@ -224,6 +226,7 @@ void run_drift(const report_arguments &arguments, const cli::streams &io) {
     const std::string figures = formats::json_text(drift_figures(drifts, options));
     if (!arguments.plot.empty()) plot_drifts(drifts, options, arguments.plot);
     if (!arguments.output.empty()) formats::write_file(arguments.output, figures, &io.out);
+    if (cli::on_stdout({arguments.output})) return;
     io.out << (arguments.as_json ? figures : drift_text(drifts, options));
 }
 

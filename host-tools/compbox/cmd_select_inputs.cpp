@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT
 // compbox select-inputs: of many sensors the few that a model needs.
+#include <fmt/core.h>
+
 #include <map>
 #include <memory>
 #include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -30,6 +33,7 @@ judge by whole runs that were left out of a linear map, with the model's lags.
 Example:
   compbox select-inputs warmup.csv --outputs ez_um --candidates 't*_degC' --count 4)";
 
+// Chooses the inputs, writes the plot and the report, and prints it.
 void run_select(select_arguments &arguments, const cli::streams &io) {
     training::select_options &options = arguments.options;
     const training::lag_options &lags = options.model.lags;
@@ -44,12 +48,18 @@ void run_select(select_arguments &arguments, const cli::streams &io) {
     const json report = training::selection_json(result);
     if (!arguments.output.empty())
         formats::write_file(arguments.output, formats::json_text(report), &io.out);
+    if (cli::on_stdout({arguments.output})) return;
     io.out << (arguments.as_json ? formats::json_text(report) : training::report_of(result));
 }
 
 // Throws usage_error for invalid combinations of options.
 void check_usage(const select_arguments &arguments) {
     const training::select_options &options = arguments.options;
+    cli::different_files({{"-o", arguments.output}, {"--plot", arguments.plot}});
+    for (const auto &name : options.keep) {
+        if (name.find('*') == std::string::npos) continue;
+        throw cli::usage_error("--keep", fmt::format("'{}': name each column, without *", name));
+    }
     if ((options.check || options.by_runs) && arguments.columns.run_column.empty()) {
         throw cli::usage_error(options.by_runs ? "--by-runs" : "--check",
                                "needs --run-column: runs are left out, never rows");

@@ -4,6 +4,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -36,6 +37,7 @@ void run_sensors(sensors_arguments &arguments, const cli::streams &io) {
     const json fragment = sensors::fragment_of(map, arguments.after_s, arguments.data);
     if (!arguments.output.empty())
         formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
+    if (cli::on_stdout({arguments.output})) return;
     io.out << sensors::report_of(map, data, arguments.find);
 }
 

@@ -76,7 +76,7 @@ void run_sign(const sign_arguments &arguments, const cli::streams &io) {
             io.out, {output},
             {{"key", key.id()}, {"machine", config->machine}, {"revision", config->revision}});
     }
-    if (output == "-") return;
+    if (cli::on_stdout({output})) return;
     io.out << fmt::format("{} by key {}: {}\n", comment, key.id(), output);
 }
 

@@ -41,7 +41,7 @@ std::vector<std::uint64_t> parse_seeds(const std::string &text) {
         throw cli::usage_error("--seeds", "give one number or a range, as in 7 or 1-20");
     }
     std::vector<std::uint64_t> seeds;
-    for (std::uint64_t seed = first; seed <= last; ++seed) seeds.push_back(seed);
+    for (std::uint64_t k = 0; k <= last - first; ++k) seeds.push_back(first + k);
     return seeds;
 }
 

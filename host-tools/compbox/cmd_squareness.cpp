@@ -5,6 +5,7 @@
 #include <ostream>
 
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/compbox/reading_arguments.h"
 #include "host-tools/fitting/measurement.h"
@@ -110,7 +111,7 @@ void run_squareness(const squareness_arguments &arguments, const cli::streams &i
     report["sigma_urad"][arguments.name] = found.sigma_urad;
     report["source"] = source;
     formats::write_file(arguments.output, formats::json_text(report), &io.out);
-    if (arguments.output == "-") return;
+    if (cli::on_stdout({arguments.output})) return;
     if (arguments.as_json) {
         io.out << formats::json_text(report);
         return;

@@ -14,6 +14,7 @@
 #include "host-tools/adaptation/adaptation.h"
 #include "host-tools/command_line/option_checks.h"
 #include "host-tools/command_line/progress.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/json.h"
@@ -125,6 +126,7 @@ void run_train(train_arguments &arguments, const cli::streams &io) {
         report += adaptation::adapt_text(adapted, arguments.adapt);
     }
     formats::write_file(arguments.output, formats::json_text(fragment), &io.out);
+    if (cli::on_stdout({arguments.output, arguments.predictions, arguments.moments})) return;
     io.out << (arguments.as_json ? formats::json_text(fragment) : report);
 }
 

@@ -8,6 +8,7 @@
 #include "host-tools/coefficients/volumetric.h"
 #include "host-tools/command_line/key_values.h"
 #include "host-tools/command_line/option_checks.h"
+#include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
 #include "host-tools/formats/file.h"
@@ -201,7 +202,7 @@ void run_volumetric(volumetric_arguments &arguments, const cli::streams &io) {
     const coefficients::volumetric_result result =
         coefficients::make_volumetric(arguments.folders, arguments.options);
     formats::write_file(arguments.output, formats::json_text(result.fragment), &io.out);
-    if (arguments.output == "-") return;
+    if (cli::on_stdout({arguments.output})) return;
     io.out << (arguments.as_json ? formats::json_text(report_json(result)) : text_of(result));
 }
 

@@ -304,9 +304,13 @@ void judge(const workshop &shop, table_set &result) {
         }
         for (const auto &column : table.columns) {
             const auto &channel = shop.channel(column.channel);
+            const auto lost = shop.options.lost_motion_um.find(channel.name);
+            const bool has_lost = column.own && lost != shop.options.lost_motion_um.end();
             double most_um = 0.0;  // of both directions
             for (std::size_t k = 0; k < column.wanted_um.size(); ++k) {
-                const double half_um = column.half_um.empty() ? 0.0 : column.half_um[k];
+                const double half_um = !column.half_um.empty() ? column.half_um[k]
+                                       : has_lost              ? 0.5 * lost->second
+                                                               : 0.0;
                 most_um = std::max(most_um, std::fabs(column.wanted_um[k]) + std::fabs(half_um));
             }
             if (most_um > channel.limit_um) {

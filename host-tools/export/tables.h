@@ -21,8 +21,9 @@ struct table_options {
     bool cross = false;             // tables of other axes' positions too
     bool directions = true;         // the table has forward and backward values
     std::map<std::string, coefficients::travel_range> range;  // by signal; else that of the curves
-    std::map<std::string, double> at;            // values of signals that no table runs over
-    std::map<std::string, std::string> axis_of;  // signal by channel, where the name does not say
+    std::map<std::string, double> at;              // values of signals that no table runs over
+    std::map<std::string, std::string> axis_of;    // signal by channel, where the name does not say
+    std::map<std::string, double> lost_motion_um;  // by channel; it counts for limit_um alone
 };
 
 // Displacement of one channel by the position of one axis.

@@ -30,18 +30,6 @@ std::string channel_name(const channel_model &model, const table_column &column)
     return model.config().channels[column.channel].name;
 }
 
-std::string control_name(const text_options &options, const std::string &name) {
-    const auto found = options.axis_name.find(name);
-    return found == options.axis_name.end() ? name : found->second;
-}
-
-// SINUMERIK calls machine axes X1, Y1, Z1.
-std::string machine_axis(const text_options &options, const std::string &name) {
-    const auto found = options.axis_name.find(name);
-    if (found != options.axis_name.end()) return found->second;
-    return name.size() == 1 ? name + "1" : name;
-}
-
 double lost_motion_um(const channel_model &model, const text_options &options,
                       const table_column &column) {
     const auto found = options.lost_motion_um.find(channel_name(model, column));
@@ -148,6 +136,17 @@ std::string com_text(const channel_model &model, const text_options &options,
 }
 
 }  // namespace
+
+std::string control_name(const text_options &options, const std::string &name) {
+    const auto found = options.axis_name.find(name);
+    return found == options.axis_name.end() ? name : found->second;
+}
+
+std::string machine_axis(const text_options &options, const std::string &name) {
+    const auto found = options.axis_name.find(name);
+    if (found != options.axis_name.end()) return found->second;
+    return name.size() == 1 ? name + "1" : name;
+}
 
 std::string fixed6(double value) {
     const std::string text = fmt::format("{:.6f}", value);

@@ -24,6 +24,10 @@ struct output_file {
     std::string name, text;
 };
 
+// out: the control's name of a channel's axis or of a position; SINUMERIK calls machine axes X1, Y1
+std::string control_name(const text_options &options, const std::string &name);
+std::string machine_axis(const text_options &options, const std::string &name);
+
 // out: losses, one sentence each: table step, limits of the format, constant signals
 std::vector<std::string> loss_lines(const channel_model &model, const table_set &tables);
 

@@ -16,6 +16,7 @@
 #include "firmware/base/limits.h"
 #include "host-tools/fitting/least_squares.h"
 #include "host-tools/fitting/methods.h"
+#include "host-tools/formats/error.h"
 
 namespace compbox::fitting {
 
@@ -136,13 +137,15 @@ std::vector<double> function_knots(const plane_curve &curve, int pieces) {
     return knots;
 }
 
-// The curve as a function of x, to within `loss`. out: the actual loss
+// The curve as a function of x, to within `loss`; without knots where float32 cannot hold them.
+// out: the actual loss
 double to_function(const plane_curve &curve, double loss, spline &function) {
     const weighted_points points = sample(curve, 64);
     double lost = 0.0;
     for (int pieces = 1; pieces <= 8; pieces *= 2) {
         const auto inner = function_knots(curve, pieces);
-        if (inner.size() + 4 > CB_MAX_CURVE_POINTS) break;
+        const auto coefficients = inner.size() + static_cast<std::size_t>(curve.x.degree) + 1;
+        if (coefficients > CB_MAX_CURVE_POINTS) break;
         spline next;
         next.degree = curve.x.degree;
         next.knots = clamped_knots(next.degree, curve.x.control_points.front(),
@@ -186,11 +189,17 @@ void fit_lmc(fit_result &result) {
     }
     result.key_points = keys.size();
     const double lost = to_function(curve, 0.01 * tolerance, result.curve.bspline);
+    if (result.curve.bspline.knots.empty()) {
+        throw input_error(data.file, 0, 0,
+                          "positions near {} mm are too close together for the box to distinguish",
+                          data.from());
+    }
     if (!result.converged) {
         result.warnings.push_back(
-            fmt::format("did not converge: with all {} points as key points a residual of {:.3g} "
+            fmt::format("did not converge: with {}{} points as key points a residual of {:.3g} "
                         "{} stays above the tolerance of {:.3g} {}",
-                        keys.size(), worst, data.unit, tolerance, data.unit));
+                        keys.size() == data.position.size() ? "all " : "", keys.size(), worst,
+                        data.unit, tolerance, data.unit));
     }
     if (lost > 0.1 * tolerance) {
         result.warnings.push_back(fmt::format(

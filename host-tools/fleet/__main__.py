@@ -155,6 +155,8 @@ def run_rollout(arguments):
                 print("no machine has a better candidate")
                 return
             state = rollout.begun(offers, arguments.canary)
+        for name in arguments.without:
+            rollout.leave(state, name, "was left out by --without")
         link = links.Folder(arguments.folder, arguments.every) if arguments.folder else \
             broker_of(arguments, ("+/state", "+/values"))
         try:
@@ -162,6 +164,9 @@ def run_rollout(arguments):
             state = runner.run(arguments.wait, lambda now: print(site.line_of(now), flush=True))
         finally:
             link.close()
+        for name, part in state["machines"].items():
+            if part["state"] == "left":
+                print(f"{name}: {part['why']}")
         if state["state"] == "halted":
             raise FleetError(f"the roll-out was halted: {state['why']}")
         print("done" if rollout.is_over(state) else "not over; the same command continues it")
@@ -232,10 +237,18 @@ def add_link(command, folder, prefix):
     add_broker(command, prefix, way)
 
 
+def topic(text):
+    """Throws ValueError for what is no begin of a topic."""
+    if set("+#") & set(text):
+        raise ValueError(text)
+    text.encode()  # a broker takes UTF-8 alone
+    return text
+
+
 def add_broker(command, prefix, way=None):
     """Options of a broker, which may be one of several ways."""
     (way or command).add_argument("--mqtt", required=way is None, metavar="HOST:PORT", help="MQTT broker")
-    command.add_argument("--mqtt-topic", default="compbox", metavar="TOPIC", help=prefix)
+    command.add_argument("--mqtt-topic", type=topic, default="compbox", metavar="TOPIC", help=prefix)
     command.add_argument("--mqtt-user", metavar="NAME", help="login at the broker")
     command.add_argument("--mqtt-password-file", metavar="F", help="its password")
     command.add_argument("--mqtt-ca", metavar="F.pem", help="TLS: certificate of the broker's authority")
@@ -251,7 +264,8 @@ def add_rollout(add):
                   "--key plant.key --mqtt broker:1883")
     command.add_argument("--key", required=True, metavar="F.key", help="secret key that signs, without a password")
     command.add_argument("--canary", metavar="NAME", help="the first machine (whose record differs most)")
-    command.add_argument("--without", nargs="*", default=[], metavar="NAME", help="machines to leave alone")
+    command.add_argument("--without", nargs="*", default=[], metavar="NAME",
+                         help="machines to leave alone, also of a roll-out that began")
     command.add_argument("--most-failures", type=float, default=10, metavar="PERCENT",
                          help="part of a stage that may fail (10); the canary may not")
     command.add_argument("--wait", type=float, default=float("inf"), metavar="S", help="end after so long")

@@ -2,7 +2,8 @@
 """The state of a roll-out and its steps. These functions are pure: a state and what boxes reported give the next state.
 
 A machine is waiting, sent (its box has to take the file and to measure), good, returning (its box has to take the old
-model again) or returned. States move forward only, and each is written before anything is sent because of it."""
+model again), returned, or left (its box is awaited no more). States move forward only, and each is written before
+anything is sent because of it."""
 
 import math
 import re
@@ -87,10 +88,30 @@ def give_back(machine):
     machine.update(state="returning", revision=machine["revision"] + 1, file=None, signature=None)
 
 
+def leave(state, name, why):
+    """Awaits a machine's box no more; one that was sent the new model is sent the old one. A machine that is judged
+    stays."""
+    machine = state["machines"].get(name)
+    if machine is None or machine["state"] in ("good", "returned", "left"):
+        return
+    if "why" not in machine:  # it is no failure: the next in the order takes its place
+        state["order"].remove(name)
+    if machine["state"] == "waiting":
+        del state["machines"][name]
+        return
+    if machine["state"] == "sent":
+        give_back(machine)
+    machine.update(state="left", why=machine.get("why", why))
+
+
 def step(state, running, most_failures=0.1):
     """Judges what was reported. in: running: {machine: revision that its box runs}; most_failures: part of a stage's
     machines that may fail. Changes state. out: whether it changed"""
     before = canonical(state)
+    for name, machine in list(state["machines"].items()):
+        if machine["state"] == "sent" and running.get(name, 0) > machine["revision"]:  # it refuses what is older
+            leave(state, name, f"its box runs revision {running[name]}, above the {machine['revision']} that it was "
+                               "sent; `compbox fleet running` adds its file")
     group = [state["machines"][name] for name in state["order"][:state["stages"][state["stage"]]]]
     for name, machine in state["machines"].items():
         said = verdict(machine) if machine["state"] == "sent" else None
@@ -118,7 +139,7 @@ def _advance(state, group):
     for machine in group:
         if machine["state"] == "waiting":
             machine["state"] = "sent"
-    judged = sum(machine["state"] in ("good", "returned") for machine in group)
+    judged = sum(machine["state"] in ("good", "returned", "left") for machine in group)
     last = state["stage"] == len(state["stages"]) - 1
     if last and judged == len(group):
         state["state"] = "done"

@@ -57,9 +57,9 @@ def unfinished(registry):
 def settle(registry, state, name):
     """Writes the end of a machine's part into its entry; a repetition changes nothing."""
     part, entry = state["machines"][name], registry.read("machines", name)
-    model = {"good": part["to"], "returned": part["from"], "returning": part["from"]}.get(part["state"])
-    if model and (entry["model"], entry["revision"]) != (model, part["revision"]):
-        rejected = entry.get("rejected", []) + ([] if part["state"] == "good" else [part["to"]])
+    model = part["to"] if part["state"] == "good" else part["from"]
+    if part["state"] not in ("waiting", "sent") and entry["revision"] < part["revision"]:
+        rejected = entry.get("rejected", []) + ([part["to"]] if part["state"] in ("returning", "returned") else [])
         registry.write("machines", name, {**entry, "model": model, "revision": part["revision"], "candidate": None,
                                           "rejected": sorted(set(rejected))})
 
@@ -71,7 +71,9 @@ def prepare(registry, part, key):
     signature = signing.signed(text, key)
     part.update(file=registry.put(text.encode(), "json"), signature=registry.put(signature.encode(), "minisig"))
     entry = registry.read("models", model)
-    entry["signed"].append({"revision": part["revision"], "file": part["file"], "signature": part["signature"]})
+    made = {"revision": part["revision"], "file": part["file"]}
+    entry["signed"] = [one for one in entry["signed"] if {**one, **made} != one]  # of a command that was killed here
+    entry["signed"].append({**made, "signature": part["signature"]})
     registry.write("models", model, entry)
 
 
@@ -88,7 +90,7 @@ class Runner:
     def save_and_send(self):
         """Signs what is new, writes the state, then sends."""
         due = {name: part for name, part in self.state["machines"].items()
-               if part["state"] in ("sent", "returning") and self.sent.get(name) != part["revision"]}
+               if part["state"] in ("sent", "returning", "left") and self.sent.get(name) != part["revision"]}
         for name, part in due.items():
             if part["file"] is None:
                 prepare(self.registry, part, self.key)

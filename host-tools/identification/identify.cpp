@@ -118,6 +118,9 @@ linear_parts identify_slopes(const detrended &lines, const points_mm &points, in
 // if there were fewer positions. So only contradictions far beyond chance enlarge it.
 constexpr double one_in_100000 = 4.26;
 
+// Readings are weighted by 1/sigma, which exact ones, such as zeros, have too.
+constexpr double least_noise = 1e-12;
+
 // Improved method: residuals of d against A e give the noise, and the readings outside of it.
 // in : data, S; curves.line_sigma_um: the table's, or 1 µm for each line if it has none (known
 //      false)
@@ -143,7 +146,7 @@ void judge_noise(six_curves &curves, const readings &data, const solver &S, cons
         find_outliers(whitened, curves.position_mm, residual_maker, options, curves.freedom);
     if (known) curves.contradiction = ratio;
     if (!known || squares > largest_chance(curves.freedom, one_in_100000)) {
-        curves.line_sigma_um *= ratio;
+        curves.line_sigma_um *= std::max(ratio, least_noise);
     }
 }
 

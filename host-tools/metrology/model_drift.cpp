@@ -57,7 +57,7 @@ residual_series residuals_of_probe(const formats::csv_table &record, const probe
     for (std::size_t r = 0; r < record.rows.size(); ++r) {
         const auto &row = record.rows[r];
         if (std::isnan(row[count])) continue;
-        const bool is_new = !std::isnan(known) && row[count] != known;
+        const bool is_new = !std::isnan(known) && is_new_count(known, row[count]);
         known = row[count];
         if (!is_new) continue;
         const auto &before = record.rows[r - 1];
@@ -78,7 +78,7 @@ residual_series difference(const formats::csv_table &table, const std::string &n
     const int model = predicted.empty() ? -1 : static_cast<int>(table.column(predicted));
     for (const auto &row : table.rows) {
         const double left = row[error] - (model < 0 ? 0.0 : row[static_cast<std::size_t>(model)]);
-        if (std::isnan(left)) continue;
+        if (std::isnan(left) || std::isnan(row[time])) continue;
         series.time_s.push_back(row[time]), series.left_um.push_back(left);
     }
     return series;

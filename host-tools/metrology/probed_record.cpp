@@ -88,7 +88,7 @@ std::vector<measured> measurements_of(const formats::csv_table &record, const pl
     for (std::size_t r = 0; r < record.rows.size(); ++r) {
         const double count = record.rows[r][probe.count];
         if (std::isnan(count)) continue;
-        const bool is_new = known && count != *known;
+        const bool is_new = known && is_new_count(*known, count);
         known = count;
         if (!is_new) continue;
         const double error =
@@ -189,6 +189,11 @@ std::vector<probe_columns> find_probes(const formats::csv_table &record) {
         found.push_back({channel_of(record, name.substr(6)), name, count});
     }
     return found;
+}
+
+bool is_new_count(double was, double now) {
+    constexpr double half_of_counts = 32768.0;
+    return now > was || was - now > half_of_counts;
 }
 
 joined_rows join_probed_record(const formats::csv_table &record,

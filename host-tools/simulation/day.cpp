@@ -287,10 +287,12 @@ worked_day work_a_day(const part_scenario &plan, const part_day &day,
 }
 
 twin::xyz touch_probe::touch(const twin::xyz &error_um) {
+    // A whole number of steps in 1 µm gives the shortest decimals; there is none above 1 µm.
+    const double per_um = 1.0 / probe_.resolution_um;
+    const double steps = per_um < 1.0 ? per_um : std::round(per_um);
     twin::xyz shown = error_um;
     for (double &value : shown) {
         value += probe_.noise_um * noise_.normal() + probe_.repeatability_um * noise_.normal();
-        const double steps = std::round(1.0 / probe_.resolution_um);
         value = std::round(value * steps) / steps;
     }
     return shown;

@@ -57,13 +57,22 @@ struct broker::inside {
         of(context).confirmed.push_back(id);
     }
 
+    // Throws input_error with the library's words, as for a text that is no UTF-8.
+    static void check(int result, const char *what) {
+        if (result == MOSQ_ERR_SUCCESS) return;
+        throw input_error(fmt::format("{} cannot be sent to a broker: {}", what, words_of(result)));
+    }
+
     // Throws input_error for what cannot become right while the program runs.
     void prepare() const {
         const message &will = settings.will;
         if (!settings.user.empty())
-            mosquitto_username_pw_set(client, settings.user.c_str(), settings.password.c_str());
-        mosquitto_will_set(client, will.topic.c_str(), static_cast<int>(will.payload.size()),
-                           will.payload.data(), at_least_once, true);
+            check(
+                mosquitto_username_pw_set(client, settings.user.c_str(), settings.password.c_str()),
+                "--mqtt-user");
+        check(mosquitto_will_set(client, will.topic.c_str(), static_cast<int>(will.payload.size()),
+                                 will.payload.data(), at_least_once, true),
+              "--mqtt-topic");
         if (settings.ca_file.empty()) return;
         const int result =
             mosquitto_tls_set(client, settings.ca_file.c_str(), nullptr, nullptr, nullptr, nullptr);

@@ -22,7 +22,7 @@ struct broker_settings {
 class broker {
   public:
     // Connects in the background, again and again. Throws input_error for a CA file that cannot be
-    // read.
+    // read, and for a topic or user that MQTT does not allow.
     explicit broker(const broker_settings &settings);
     ~broker();
     broker(const broker &) = delete;

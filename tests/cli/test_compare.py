@@ -51,6 +51,24 @@ def provenance(fragment, name, **own):
     return {**fragment, "provenance": {name: own}}
 
 
+# ---- ages
+
+def test_a_signal_of_a_bus_that_is_too_old_between_two_readings(compbox, machine):
+    def has(**age):
+        def what(file):
+            file["buses"] = [{"name": "B", "rtu": {"device": "/dev/ttyS0", "baud": 19200}, "every_ms": 1000}]
+            file["signals"] = [one for one in file["signals"] if one["name"] != "T"] + [
+                {"name": "T", "unit": "degC", "bus": "B", "unit_id": 1, "register": 0, "type": "int16", "min": 0,
+                 "max": 90, **age}]
+        change(compbox, what)
+        return built(compbox, term("EZX", values=(0, 30, 0)))
+
+    assert has() == has(max_age_ms=1001) == []
+    for age in (500, 1000):
+        assert only(has(max_age_ms=age)) == (
+            f"signal T: the bus reads it every 1000 ms, and max_age_ms is {age}: it is missing before each reading")
+
+
 # ---- demand
 
 def test_a_demand_beyond_error_um_is_refused_and_named_by_check(compbox, machine):

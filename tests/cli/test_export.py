@@ -118,6 +118,23 @@ def test_linuxcnc_directions(built):
         assert 1e3 * (r - n) == pytest.approx(curve("EXX", n) - 2, abs=0.002)
 
 
+def test_lost_motion_counts_for_the_limit(built):
+    """8 um at 1000 mm by the curve: with half of 6 um it is 11."""
+    c = built.read("c.json")
+    next(ch for ch in c["channels"] if ch["name"] == "X")["limit_um"] = 10
+    built.write("c.json", c)
+    remark = "channel X over X: the table goes beyond the box's limit_um of 10"
+    for lost, expected in (("X=6", True), ("X=-6", True), ("X=2", False), ("Y=6", False)):
+        losses = export(built, "linuxcnc-comp", "--step-mm", 50, "--lost-motion-um", lost)[1]
+        assert (remark in losses) == expected, lost
+
+
+def test_names_that_are_exchanged(built):
+    texts, _ = export(built, "linuxcnc-comp", "--step-mm", 50, "--name", "X=Y", "--name", "Y=X")
+    plain, _ = export(built, "linuxcnc-comp", "--step-mm", 50)
+    assert read_linuxcnc(texts["Y.comp"]).tolist() == read_linuxcnc(plain["X.comp"]).tolist()
+
+
 def test_a_step_that_needs_too_many_lines_is_refused(built):
     message = built.refused("export", "c.json", "--format", "linuxcnc-comp", "--step-mm", 1, "-o", "o")
     assert message == ("c.json: X from 0 to 1000 mm at 1 mm is 1001 points, and the table holds 2 to 256: "
@@ -472,6 +489,14 @@ def test_refused(built, options, message):
     ["--format", "linuxcnc-comp", "--sign", "2"], ["--format", "linuxcnc-comp", "--name", "=q"],
     ["--format", "linuxcnc-comp", "--name", "X=A", "--name", "Y=A"],
     ["--format", "linuxcnc-comp", "--name", "X=A", "--name", "X=B"],
+    ["--format", "linuxcnc-comp", "--name", "X=Y"], ["--format", "heidenhain-com", "--name", "Z=X"],
+    ["--format", "sinumerik-lec", "--name", "X=Y1"], ["--format", "sinumerik-cec", "--name", "Z=X1"],
+    ["--format", "sinumerik-cec", "--trims"], ["--format", "linuxcnc-comp", "--first-table", "3"],
+    ["--format", "heidenhain-com", "--master", "Y"], ["--format", "linuxcnc-comp", "--path", "Y=X"],
+    ["--format", "sinumerik-lec", "--pmc-base", "100"], ["--format", "linuxcnc-comp", "--pmc-base", "1"],
+    ["--format", "plc-db", "--tolerance-um", "1"], ["--format", "plc-db", "--trims"],
+    ["--format", "twincat-cam", "--path", "Y=X", "--at", "Z=0", "--name", "X=A"],
+    ["--format", "twincat-cam", "--path", "Y=X", "--at", "Z=0", "--range", "Y=0:100"],
     ["--format", "linuxcnc-comp", "--range", "X=0:100,X=0:200"],
     ["--format", "linuxcnc-comp", "--axis", "X=X", "--axis", "X=Y"],
     ["--format", "linuxcnc-comp", "--at", "Z=0", "--at", "Z=1"],

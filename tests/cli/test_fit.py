@@ -208,6 +208,22 @@ def test_lmc_says_when_its_points_run_out(compbox):
     assert compbox.read("t.json")["provenance"]["EZX"]["converged"] is False
 
 
+@pytest.mark.parametrize("degree", [1, 2, 5])
+def test_lmc_takes_as_many_coefficients_as_the_box(compbox, degree):
+    compbox.write("d.csv", "position_mm,error_um\n" + "".join(f"{i},{(37 * i * i) % 101}\n" for i in range(1030)))
+    done = compbox(*FIT, "--method", "bspline-lmc", "--tolerance-um", "0.001", "--degree", degree)
+    assert done.returncode == 0
+    assert len(compbox.read("t.json")["terms"][0]["control_points"]) == 1024
+    assert "did not converge: with 1024 points as key points" in done.stderr
+
+
+def test_lmc_refuses_positions_that_the_box_cannot_distinguish(compbox):
+    rows = "".join(f"{100000 + 0.0004 * i:.4f},{i * i % 7}\n" for i in range(40))
+    compbox.write("d.csv", "position_mm,error_um\n" + rows)
+    assert compbox.refused(*FIT, "--method", "bspline-lmc") == (
+        "d.csv: positions near 100000 mm are too close together for the box to distinguish")
+
+
 def test_branches_zero_and_band(compbox):
     compbox.write("d.csv", readings(runs=6, directions=True))
     assert "--branches keeps both" in compbox(*FIT).stderr

@@ -276,6 +276,12 @@ def bounded(program, folder, *arguments, **how):
                           capture_output=True, timeout=60, **how)
 
 
+def test_the_last_seed_ends_the_list(files):
+    for seeds in (str(2**64 - 1), f"{2**64 - 3}-{2**64 - 1}"):
+        done = bounded("compbox", files.folder, "simulate", "none.json", "--seeds", seeds)
+        assert done.returncode == 1 and done.stderr.startswith("compbox: none.json: cannot open"), done
+
+
 def deep(levels, open_="[", close="]", inner=""):
     return open_ * levels + inner + close * levels
 

@@ -199,6 +199,23 @@ def test_a_count_that_jumps_or_wraps_is_one_measurement(compbox):
         assert compbox.table("data.csv")["error_X_um"] == pytest.approx([machine_error(t) for t in times])
 
 
+def test_a_count_that_began_anew_is_a_reference(compbox):
+    """The PLC restarts after the second measurement: value and count are 0 from then on."""
+    own_probes(compbox, [1.0, 4.5, 20.0])
+    lines = (compbox.folder / "record.csv").read_text().splitlines()
+    for row, text in enumerate(lines[1:], 1):
+        cells = text.split(",")
+        if float(cells[0]) >= 10:
+            cells[-3:-1] = ["0.0", "0"] if float(cells[0]) < 20.5 else [cells[-3], "1"]
+        lines[row] = ",".join(cells)
+    compbox.write("record.csv", "\n".join(lines) + "\n")
+    compbox.good("join", "record.csv", "-o", "data.csv")
+    data = compbox.table("data.csv")
+    assert data["time_s"] == [1.5, 5.0, 20.5]
+    assert data["error_X_um"] == pytest.approx([machine_error(t) for t in (1.0, 4.5, 20.0)])
+    assert "X: 3 measurements, " in compbox.good("report", "record.csv", "--drift")
+
+
 def test_whole_errors_and_named_columns(compbox):
     own_probes(compbox, [3.0, 9.0], value=machine_error, names=("touch",))
     done = json.loads(compbox.good("join", "record.csv", "--probe", "X=touch,touch_n", "--keep-compensated", "--json",

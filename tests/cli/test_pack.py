@@ -2,7 +2,9 @@
 """compbox pack: the slot's bytes by struct and zlib, and what is refused."""
 
 import json
+import os
 import struct
+import threading
 import zlib
 
 from conftest import term
@@ -23,6 +25,19 @@ def test_header_and_text(compbox, machine):
     assert (a, b, c, own) == (0, 0, 0, zlib.crc32(slot[:28]))
     assert slot[32:] == text
     assert out == f"revision 41, {len(slot)} of 131072 bytes: slot.bin\n"
+
+
+def test_the_slot_has_what_was_checked(compbox, machine):
+    """A pipe gives its text once; so does a file that changes after it was read."""
+    built(compbox, machine)
+    compbox.good("pack", "c.json", "-o", "slot.bin")
+    os.mkfifo(compbox.folder / "pipe")
+    text = (compbox.folder / "c.json").read_bytes()
+    writer = threading.Thread(target=(compbox.folder / "pipe").write_bytes, args=[text])
+    writer.start()
+    compbox.good("pack", "pipe", "-o", "of_pipe.bin")
+    writer.join()
+    assert (compbox.folder / "of_pipe.bin").read_bytes() == (compbox.folder / "slot.bin").read_bytes()
 
 
 def test_the_header_says_where_the_status_register_is(compbox, machine):

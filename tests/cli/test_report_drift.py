@@ -88,6 +88,13 @@ def test_a_record_with_probes_shows_the_model_without_adaptation(compbox):
     assert "as the probe showed it, with the compensation" in text and "\nno drift: " in text
 
 
+def test_a_row_without_a_time_is_left_out(compbox):
+    rows = ["" if day == 5 else f"{1780272000 + day * DAY_S}" for day in range(20)]
+    compbox.write("p.csv", "unix_s,error_X_um,error_X_um_predicted\n" + "".join(f"{t},3,1\n" for t in rows))
+    days = [period["period"] for period in report(compbox)["periods"]]
+    assert len(days) == 19 and days[4:6] == ["2026-06-05", "2026-06-07"]
+
+
 def test_the_errors_of_join(compbox):
     compbox.write("data.csv", "time_s,T1,error_X_um\n" + "".join(f"{3600 * k},{k},{k % 5}\n" for k in range(100)))
     text = compbox.good("report", "data.csv", "--drift", "--plot", "drift.svg")

@@ -155,7 +155,8 @@ def test_refused(compbox, rows, case):
 
 
 @pytest.mark.parametrize("more", [("--check",), ("--by-runs",), ("--count", "0"),
-                                  ("--method", "k-means")])
+                                  ("--method", "k-means"), ("--keep", "r*"),
+                                  ("--plot", "f.svg", "-o", "f.svg")])
 def test_wrong_usage(compbox, rows, more):
     done = compbox(*candidates("t1", "t2"), *more)
     assert done.returncode == 2 and done.stderr

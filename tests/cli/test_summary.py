@@ -2,7 +2,9 @@
 """--json of the commands whose result is a file: one object with files and remarks on stdout."""
 
 import json
+import math
 
+import pytest
 from conftest import GANTRY, PLC, ROOT, term
 
 
@@ -41,6 +43,35 @@ def test_eval(compbox, machine):
 def test_a_file_on_stdout_stays_alone(compbox):
     out = compbox.good("init", *PLC, "--axes", "X", "--profile", "generic", "--json", "-o", "-")
     assert "files" not in json.loads(out)
+
+
+PLAN = ("plan", "--box=-300:300:3,-200:200:3,-100:150:3", "--axis", "X")
+ON_STDOUT = {
+    "fit": ("fit", "d.csv", "--name", "EZX", "--signal", "X"),
+    "fit, json": ("fit", "d.csv", "--name", "EZX", "--signal", "X", "--json"),
+    "plan": PLAN,
+    "plan, json": (*PLAN, "--json"),
+    "etve": ("etve", "night.csv"),
+    "report": ("report", "d.csv"),
+    "drift": ("report", "drift.csv", "--drift"),
+    "select-inputs": ("select-inputs", "rows.csv", "--outputs", "e_um", "--candidates", "t*"),
+    "sensors": ("sensors", "rows.csv", "--sensors", "t1,t2,t3"),
+    "train": ("train", "rows.csv", "--outputs", "e_um", "--inputs", "t*", "--name", "net", "--hidden", 0),
+}
+
+
+@pytest.mark.parametrize("file", ["-", "/dev/stdout"])
+@pytest.mark.parametrize("case", ON_STDOUT)
+def test_no_report_is_printed_behind_a_file_on_stdout(compbox, case, file):
+    compbox.write("d.csv", "position_mm,error_um\n" + "".join(f"{50 * i},{i * i % 7}\n" for i in range(12)))
+    compbox.write("night.csv", "time_s,X_um\n" + "".join(f"{60 * i},{i % 3}\n" for i in range(300)))
+    compbox.write("drift.csv", "time_s,error_X_um\n" + "".join(f"{3600 * i},{i % 5}\n" for i in range(100)))
+    compbox.write("rows.csv", "time_s,t1,t2,t3,e_um\n" + "".join(
+        f"{60 * i},{20 + math.sin(i / 9)},{30 + math.cos(i / 5)},{25 + math.sin(i / 7)},{2 * math.sin(i / 9)}\n"
+        for i in range(120)))
+    out = compbox(*ON_STDOUT[case], "-o", file)
+    assert out.returncode == 0, out.stderr
+    assert isinstance(json.loads(out.stdout), dict)
 
 
 def test_assemble(compbox):

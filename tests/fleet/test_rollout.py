@@ -239,6 +239,15 @@ def test_a_poisoned_model_stops_at_the_canary(plant):
     assert [box.taken for box in boxes.values() if box.taken] == [[8, 9]]
 
 
+def turns(plant, monkeypatch, state, living):
+    """50 turns of a roll-out; boxes live in each."""
+    with monkeypatch.context() as patch:
+        link = LiveFolder(plant.folder / "boxes", living, 0, patch)
+        runner = site.Runner(Registry(plant.folder / "registry"), state, link, plant.folder / "plant.key", 0.1)
+        for _ in range(50):
+            runner.turn()
+
+
 def test_a_box_that_is_away_catches_up(plant, monkeypatch):
     names = [f"m{k:03}" for k in range(20) if f"m{k:03}" not in POISONED]
     plant.set_without([f"m{k:03}" for k in range(COUNT) if f"m{k:03}" not in names])
@@ -247,19 +256,70 @@ def test_a_box_that_is_away_catches_up(plant, monkeypatch):
     registry = Registry(plant.folder / "registry")
     state = rollout.begun(site.offers(registry, [])[0], "m000")
 
-    def turns(state, living):
-        with monkeypatch.context() as patch:
-            link = LiveFolder(plant.folder / "boxes", living, 0, patch)
-            runner = site.Runner(registry, state, link, plant.folder / "plant.key", 0.1)
-            for _ in range(50):
-                runner.turn()
-
-    turns(state, boxes)
+    turns(plant, monkeypatch, state, boxes)
     assert not away.taken and plant.state()["machines"][names[-1]]["state"] == "sent"
     assert {plant.state()["machines"][name]["state"] for name in boxes} == {"good"}
     assert plant.good(*ROLLOUT, "--wait", "0") == "not over; the same command continues it\n"
-    turns(site.unfinished(registry), {names[-1]: away})
+    turns(plant, monkeypatch, site.unfinished(registry), {names[-1]: away})
     assert plant.state()["state"] == "done" and away.taken == [8] and plant.good(*ROLLOUT).startswith("no machine")
+
+
+def test_a_box_that_never_answers_is_left_by_without(plant, monkeypatch):
+    names = ["m000", "m001", "m002"]
+    plant.set_without([f"m{k:03}" for k in range(COUNT) if f"m{k:03}" not in names])
+    boxes = {name: box for name, box in plant.boxes().items() if name in names}
+    scrapped, old = boxes.pop("m001"), plant.entry("machines", "m001")
+    state = rollout.begun(site.offers(Registry(plant.folder / "registry"), [])[0], "m000")
+    turns(plant, monkeypatch, state, boxes)
+    assert plant.state()["machines"]["m001"]["state"] == "sent"
+    said = plant.good(*ROLLOUT, "--without", "m001")
+    assert said.endswith("m001: was left out by --without\ndone\n") and plant.state()["order"] == ["m000", "m002"]
+    entry = plant.entry("machines", "m001")
+    assert entry == {**old, "candidate": None, "rejected": [], "revision": 9}
+    assert plant.good(*ROLLOUT).startswith("no machine")
+    scrapped.turn()
+    assert scrapped.taken == [9] and json.loads(scrapped.place.read_text()) == \
+        {**json.loads((plant.folder / "old.json").read_text()), "revision": 9}
+
+
+def test_a_box_of_a_higher_revision_is_left():
+    """It refuses what it is sent. As the canary it makes place for the next one."""
+    def offer(name):
+        return {"machine": name, "from": "old", "to": "new", "revision": 8, "forecast_um": {"x": 1.0}, "before_um": {},
+                "mean_um": {}}
+
+    state = rollout.begun([offer(name) for name in ("m000", "m001", "m002")], "m001")
+    assert rollout.step(state, {}) and state["machines"]["m001"]["state"] == "sent"
+    assert not rollout.step(state, {"m001": 8}) and rollout.step(state, {"m001": 20})
+    assert {name: one["state"] for name, one in state["machines"].items()} == \
+        {"m000": "sent", "m001": "left", "m002": "waiting"}
+    assert "its box runs revision 20, above the 8 that it was sent" in state["machines"]["m001"]["why"]
+    for name in ("m000", "m002"):
+        for _ in range(rollout.PROBES):
+            rollout.reported(state, name, 8, "x", 0.5)
+        rollout.step(state, {"m001": 20})
+    assert state["state"] == "done" and rollout.is_over(state)
+
+
+def test_a_failed_box_that_is_left_counts_as_failed():
+    machines = {name: {"state": "returning", "revision": 9, "why": "x: residual"} for name in ("m000", "m001")}
+    state = {"machines": {**machines, "m002": {"state": "waiting"}, "m003": {"state": "good"}},
+             "order": ["m000", "m001", "m002", "m003"], "stages": [4], "stage": 0, "state": "running"}
+    for name in (*state["machines"], "m004"):
+        rollout.leave(state, name, "was left")
+    assert state["order"] == ["m000", "m001", "m003"] and rollout.counts(state) == {"left": 2, "good": 1}
+    assert state["machines"]["m000"]["why"] == "x: residual"
+
+
+def test_a_repeated_signing_has_one_entry(plant):
+    registry = Registry(plant.folder / "registry")
+    entry = registry.read("machines", "m000")
+    for revision in (8, 8, 9):  # a command was killed before it wrote that it has signed
+        part = {"state": "sent", "from": entry["model"], "to": entry["candidate"], "revision": revision}
+        site.prepare(registry, part, plant.folder / "plant.key")
+    signed = registry.read("models", entry["candidate"])["signed"]
+    assert [one["revision"] for one in signed] == [8, 9]
+    assert signed[1] == {name: part[name] for name in ("revision", "file", "signature")}
 
 
 def test_the_boxes_compute_what_compbox_computes(plant):
@@ -387,6 +447,12 @@ def test_a_password_is_the_first_line_of_a_file_that_no_other_user_reads(plant):
     assert plant.refusal(*words) == "--mqtt-user and --mqtt-password-file belong together"
     path.chmod(0o640)
     assert __main__.password_of(path) == " word "
+
+
+@pytest.mark.parametrize("topic", [b"plant/#", b"+/lathe", b"plant/\xff"])
+def test_a_topic_that_no_broker_takes_is_wrong_usage(plant, topic):
+    done = plant(*ROLLOUT[:4], "--mqtt", "127.0.0.1:9", "--mqtt-topic", os.fsdecode(topic))
+    assert done.returncode == 2 and done.stderr.startswith("compbox: fleet: argument --mqtt-topic: invalid topic value")
 
 
 def test_a_running_file_that_is_no_object(plant):

@@ -169,6 +169,10 @@ TEST(commission, a_file_with_terms_gets_its_next_revision_and_keeps_a_measured_l
     const json changed = commission::with_result(document, "m.json", result_of());
     EXPECT_EQ(changed["revision"].get<int>(), document["revision"].get<int>() + 1);
     EXPECT_EQ(changed["cycle"]["lead_ms"], "measured");
+    document["revision"] = 4294967294;
+    EXPECT_EQ(commission::with_result(document, "m.json", {})["revision"], 4294967295);
+    document["revision"] = 4294967295;
+    EXPECT_THROW(commission::with_result(document, "m.json", {}), input_error);
 }
 
 }  // namespace

@@ -514,6 +514,19 @@ TEST(identify, a_bad_reading_among_exact_ones_is_one) {
     EXPECT_TRUE(found[0].row == 3 && found[0].line == 8);
 }
 
+// A table of zeros, or one that was computed, has no noise at all.
+TEST(identify, readings_without_any_noise_are_finite) {
+    const points_mm points{{-300, -100, -150}, {300, 140, -110}, {20, 130, 170}};
+    const nine_lines table = table_of(Eigen::MatrixXd::Zero(5, 6), positions(5), points);
+    for (const setups lines : {setups::separate, setups::common}) {
+        identify_options options;
+        options.lines = lines;
+        const auto curves = identify(table, points, options, "t");
+        EXPECT_TRUE((curves.value.array() == 0.0).all());
+        EXPECT_LT(curves.sigma.cwiseAbs().maxCoeff(), 1e-9);
+    }
+}
+
 TEST(identify, refuses_what_cannot_be_solved) {
     const auto x = positions(5);
     const points_mm line{{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The nine lines and the diagonals without noise against their formulas; the words of a step.
+// The nine lines, the diagonals and the touch probe without noise against their formulas; the words
+// of a step.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "host-tools/formats/file.h"
 #include "host-tools/formats/rtl.h"
 #include "host-tools/formats/table_text.h"
+#include "host-tools/simulation/day.h"
 #include "host-tools/simulation/step_words.h"
 #include "host-tools/twin/diagonals.h"
 #include "host-tools/twin/nine_line.h"
@@ -31,6 +33,15 @@ twin::twin_config noiseless() {
     config.unexplained_percent = config.repeatability_um = config.laser.sigma_um = 0.0;
     config.laser.slope_urad = config.laser.offset_um = 0.0;
     return config;
+}
+
+TEST(TouchProbe, ShowsWholeStepsOfItsResolution) {
+    for (const auto &[resolution_um, shown_um] :
+         {std::pair{0.1, 7.1}, {1.0, 7.0}, {2.0, 8.0}, {5.0, 5.0}, {100.0, 0.0}}) {
+        const simulation::part_probe kind{0.0, 0.0, resolution_um};
+        simulation::touch_probe probe(kind, 1, "");
+        for (const double um : probe.touch({7.13, 7.13, 7.13})) EXPECT_EQ(um, shown_um);
+    }
 }
 
 TEST(NineLine, FilesHoldWhatTheCarriageDoesAtThePoints) {

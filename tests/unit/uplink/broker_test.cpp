@@ -9,6 +9,8 @@
 
 #include <chrono>
 
+#include "host-tools/formats/error.h"
+
 namespace compbox::uplink {
 namespace {
 
@@ -61,6 +63,18 @@ TEST(broker, does_not_knock_each_second_where_it_is_refused) {
         ::close(connection);
     }
     EXPECT_NE(one.why_not().find("not authorised"), std::string::npos) << one.why_not();
+}
+
+TEST(broker, refuses_texts_that_no_broker_takes) {
+    broker_settings topic;
+    topic.will = {"plant/\xFF/online", "0"};
+    EXPECT_THROW(broker{topic}, input_error);
+    topic.will.topic = "plant/+/online";
+    EXPECT_THROW(broker{topic}, input_error);
+    broker_settings user;
+    user.will = {"box/online", "0"};
+    user.user = "M\xFCller";  // Latin-1
+    EXPECT_THROW(broker{user}, input_error);
 }
 
 }  // namespace
