@@ -187,7 +187,8 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
       weak_names_(dice(seed, "weak names").one_in(4)),
       of_names_(seed, "names"),
       bad_cable_(dice(seed, "bad cable").one_in(4)),
-      own_(seed, "ends at a rename") {
+      own_(seed, "ends at a rename"),
+      echoes_(seed, "echoes") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
@@ -380,14 +381,15 @@ bool fault_injector::is_mute(const fakeplc::byte_string &request) const {
     return is_read_back(request) && of_.time.now() < no_read_backs_until_;
 }
 
-// Other values in a right form would count, but not the echo of a write to other registers, nor a
-// reading that contradicts its own number of bytes.
+// Other values in a right form would count, but not the echo of a write to other or fewer
+// registers, nor a reading that contradicts its own number of bytes.
 stray_reply fault_injector::draw_stray(const fakeplc::byte_string &request) {
     static const std::vector<stray_reply> of_any = {stray_reply::other_unit,
                                                     stray_reply::other_function,
                                                     stray_reply::shorter, stray_reply::longer};
-    const stray_reply own =
-        request[0] == 16 ? stray_reply::other_registers : stray_reply::miscounted;
+    const stray_reply own = request[0] != 16    ? stray_reply::miscounted
+                            : echoes_.one_in(2) ? stray_reply::fewer_registers
+                                                : stray_reply::other_registers;
     dice &drawn = chance(fault_kind::stray);
     return drawn.one_in(5) ? own : drawn.one_of(of_any);
 }

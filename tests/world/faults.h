@@ -100,6 +100,8 @@ class fault_injector : public call_faults,
     void booted();
     // Whether the power goes behind a clean end of the daemon.
     bool cuts_power();
+    // out: how much longer than usual no daemon runs; PLC and machine go on
+    time_ns stays_off();
     void starting();
 
     bool has(fault_kind kind) const { return active_ && on_[index(kind)]; }
@@ -255,6 +257,7 @@ class fault_injector : public call_faults,
     std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;
     bool lethal_power_ = false, dies_behind_rename_ = false;
     dice own_;            // of ends at a rename
+    dice echoes_;         // of replies to writes
     std::string silent_;  // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;

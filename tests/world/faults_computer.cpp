@@ -176,6 +176,18 @@ bool fault_injector::cuts_power() {
     return true;
 }
 
+// For longer than half of the PLC's heartbeat may last: one that counts each ms of the pause shows
+// any value behind it.
+time_ns fault_injector::stays_off() {
+    dice own(of_.options.seed + of_.starts(), "stays off");
+    if (!active_ || has(fault_kind::clock) || !own.one_in(6)) return 0;
+    const time_ns pause = own.time_between(31 * second, 45 * second);
+    later(pause, [this, counted = own.next()] {
+        of_.plc.heartbeat_offset = static_cast<std::uint16_t>(of_.plc.heartbeat_offset + counted);
+    });
+    return pause;
+}
+
 void fault_injector::booted() {
     if (has(fault_kind::boundary)) {
         // Counters of µs and ms of 31 and 32 bits, and of ns and µs in a double.

@@ -206,6 +206,64 @@ class slew_invariant : public invariant {
     std::deque<sent_block> past_, unanswered_;
 };
 
+// A channel with `applied` stays within the control's largest step of what the PLC applies, or
+// comes nearer (docs/coefficient-file.md).
+class step_invariant : public invariant {
+  public:
+    explicit step_invariant(run &of)
+        : invariant(of, "step"),
+          judged_(longest_lag(of) == 0 &&
+                  !draws_any(of, {fault_kind::wire, fault_kind::line, fault_kind::tear,
+                                  fault_kind::partial, fault_kind::stray, fault_kind::twice,
+                                  fault_kind::memory})) {}
+    void started() override {
+        before_.reset();
+        shown_.clear();
+    }
+    void taken(const machine &, const machine &) override { started(); }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || facts.step_units == 0) return;
+        if (is_reading(facts, seen) && seen.duration != never) remember(facts, seen);
+        if (seen.written.empty()) return;
+        const machine &author = of_.author_of(seen);
+        if (author.revision != facts.revision) return started();
+        const written_block &block = block_of(facts, seen);
+        for (std::size_t c = 0; before_ && c < block.um.size(); ++c)
+            if (facts.channels[c].has_applied) judge(facts, c, block);
+        before_ = block;
+    }
+
+  private:
+    void remember(const machine &facts, const exchange &seen) {
+        std::vector<double> now;
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            now.push_back(applied_in(facts, c, seen));
+        shown_.push_back(std::move(now));
+        if (shown_.size() > remembered) shown_.pop_front();
+    }
+    // Which reading the box had is not known: all of the newest ones have to say it.
+    void judge(const machine &facts, std::size_t c, const written_block &block) {
+        if (shown_.size() < remembered) return;
+        const channel_facts &channel = facts.channels[c];
+        const double um = block.um[c], near = 1.01 * channel.unit_um,
+                     most_um = facts.step_units * channel.unit_um;
+        for (const std::vector<double> &applied : shown_) {
+            const double now = std::fabs(um - applied[c]),
+                         then = std::fabs(before_->um[c] - applied[c]);
+            if (!(now > most_um + near && now > then + near)) return;
+        }
+        violated(
+            fmt::format("{} goes to {} µm, the PLC applies {} µm, and its largest step is {} µm",
+                        channel.name, um, shown_.back()[c], most_um));
+    }
+
+    static constexpr std::size_t remembered = 3;
+    bool judged_;
+    std::optional<written_block> before_;
+    std::deque<std::vector<double>> shown_;  // applied, of each channel, in the newest readings
+};
+
 // What the PLC hands to the NC is within the PLC's own size, whoever writes (docs/plc.md).
 class plc_size_invariant : public invariant {
   public:
@@ -382,6 +440,7 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<size_invariant>(of));
     all.push_back(std::make_unique<pair_invariant>(of));
     all.push_back(std::make_unique<slew_invariant>(of));
+    all.push_back(std::make_unique<step_invariant>(of));
     all.push_back(std::make_unique<plc_size_invariant>(of));
     all.push_back(std::make_unique<start_invariant>(of));
     all.push_back(std::make_unique<outage_invariant>(of));

@@ -225,7 +225,8 @@ class models_invariant : public invariant {
                                     2 * time_ns{sampled} * facts.period_us * us;
             const auto other = partner_of(facts, c);
             const channel_facts &partner = facts.channels[other.value_or(c)];
-            const double slew_um_per_s = std::min(channel.slew_um_per_s, partner.slew_um_per_s);
+            const double slew_um_per_s =
+                std::min(least_slew_um_per_s(facts, channel), least_slew_um_per_s(facts, partner));
             const double way_um = 2.2 * std::max(channel.limit_um, partner.limit_um);
             if (1e-9 * static_cast<double>(rest_ns) * slew_um_per_s < way_um) continue;
             if (other) {

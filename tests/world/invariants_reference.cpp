@@ -57,6 +57,9 @@ class reference_invariant : public invariant {
         box_->read(facts, seen, seen.sent);
         read_ns_ = seen.sent;
         ++readings_;
+        applied_um_.clear();
+        for (std::size_t c = 0; c < facts.channels.size(); ++c)
+            applied_um_.push_back(applied_in(facts, c, seen));
     }
 
   private:
@@ -118,8 +121,10 @@ class reference_invariant : public invariant {
             targets.push_back(target_of(facts, c));
         for (const pair_facts &pair : facts.pairs) join(facts, pair, targets);
         for (std::size_t c = 0; c < targets.size(); ++c) {
-            if (std::isnan(targets[c].um)) continue;
             const std::optional<std::size_t> other = partner_of(facts, c);
+            if (std::isnan(targets[c].um) || waits(facts, c, targets) ||
+                (other && waits(facts, *other, targets)))
+                continue;
             if (other && !is_reached(facts, *other, targets[*other])) continue;
             if (is_reached(facts, c, targets[c]))
                 judge_arrival(facts.channels[c], targets[c], before_.um[c], block.um[c]);
@@ -242,13 +247,17 @@ class reference_invariant : public invariant {
         a.um -= give;
         b.um += give;
     }
-    // out: the way of this step, at least. A control with a largest step may have lowered the slew
-    // rate
-    //      (docs/plc-profiles.md).
+    // out: the way of this step, at least
     double step_um(const machine &facts, const channel_facts &channel) const {
-        const double least_fanuc = std::min(0.25 * channel.slew_um_per_s, 4000 * channel.unit_um);
-        return 0.97 * elapsed_s_ *
-               (facts.profile.name == "fanuc" ? least_fanuc : channel.slew_um_per_s);
+        return 0.97 * elapsed_s_ * least_slew_um_per_s(facts, channel);
+    }
+    // Whether the output may have to wait until a control with a largest step applies the value
+    // before, and until the box has read that.
+    bool waits(const machine &facts, std::size_t c, const std::vector<target> &targets) const {
+        const double most_um = 0.9 * facts.step_units * facts.channels[c].unit_um;
+        return facts.step_units > 0 && facts.channels[c].has_applied &&
+               !(std::fabs(applied_um_[c] - before_.um[c]) < most_um &&
+                 std::fabs(applied_um_[c] - targets[c].um) < most_um);
     }
     bool is_reached(const machine &facts, std::size_t c, const target &to) const {
         const channel_facts &channel = facts.channels[c];
@@ -293,7 +302,8 @@ class reference_invariant : public invariant {
     int readings_ = 0;                  // since the newest write
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged
     time_ns open_until_ns_ = 0, sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
-    double elapsed_s_ = 0;  // between the two newest steps, at least
+    double elapsed_s_ = 0;            // between the two newest steps, at least
+    std::vector<double> applied_um_;  // of each channel, in the newest reading
     written_block before_;
 };
 

@@ -492,6 +492,20 @@ struct draft {
         }
     }
 
+    // Likewise: a control that takes small steps alone. A full way still has its time.
+    void draw_largest_step() {
+        if (!is("fanuc")) return;
+        dice own(made.twin.seed, "largest steps");
+        constexpr double most = 9998;
+        double least = 5e6 / static_cast<double>(made.period_us);
+        for (const channel_facts &channel : made.channels)
+            least = std::max(least, 3 * channel.limit_um / channel.unit_um / longest_way_s);
+        made.step_units = most;
+        if (!own.one_in(2) || least > most) return;
+        made.step_units = std::floor(own.log_between(least, most));
+        root["plc"]["max_step_units"] = std::llround(made.step_units);
+    }
+
     // Likewise: temperatures of most machines hardly move within a run. Some show what lags and
     // models make of those that do.
     void draw_wandering() {
@@ -1029,6 +1043,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.close_blocks(chance.one_in(2), counters);
     file.draw_control();
     file.draw_slow_channels();
+    file.draw_largest_step();
     file.draw_wandering();
     file.draw_cold();
     file.draw_probe();
@@ -1143,6 +1158,7 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         made.hold_us = static_cast<std::int64_t>(1000 * root.at("safety").value("hold_ms", 0.0));
         made.period_us = std::llround(1000 * root.at("cycle").value("period_ms", 30.0));
         const json &plc = root.at("plc");
+        made.step_units = plc.value("max_step_units", plc.at("profile") == "fanuc" ? 9998.0 : 0.0);
         made.fc23 = plc.value("exchange", "") == "fc23";
         made.heartbeat_timeout_us = std::llround(1000 * plc.value("heartbeat_timeout_ms", 200.0));
         made.signals.clear();
@@ -1295,10 +1311,11 @@ std::string for_another_plc(const std::string &text, dice &chance) {
                 transport["rtu"]["device"] = "/dev/ttyS7";
             break;
         default:
-            if (transport.contains("tcp"))
+            if (transport.contains("tcp") && chance.one_in(2)) {
                 move(transport["tcp"], {"port"});
-            else
-                transport["rtu"]["unit_id"] = 1 + transport["rtu"].value("unit_id", 1);
+                break;
+            }
+            for (json &of : transport) of["unit"] = 1 + of.value("unit", 1);
     }
     return root.dump(1);
 }
@@ -1309,6 +1326,11 @@ std::optional<std::size_t> partner_of(const machine &of, std::size_t channel) {
         if (pair.second == channel) return pair.first;
     }
     return std::nullopt;
+}
+
+double least_slew_um_per_s(const machine &of, const channel_facts &channel) {
+    if (of.step_units == 0) return channel.slew_um_per_s;
+    return std::min(0.25 * channel.slew_um_per_s, 0.4 * of.step_units * channel.unit_um);
 }
 
 time_ns longest_between_steps(const machine &of) {

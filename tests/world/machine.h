@@ -54,6 +54,7 @@ struct machine {
     std::int64_t period_us = 0;
     std::uint16_t port = 0;
     std::int64_t hold_us = 0, heartbeat_timeout_us = 0;
+    double step_units = 0;  // > 0: largest change of a value between two updates of the NC
     double ramp_um_per_s = 0;
     unsigned revision = 1;
     bool fc23 = false;
@@ -85,6 +86,10 @@ struct machine {
 
 // out: the other channel of its pair; nothing: it has none
 std::optional<std::size_t> partner_of(const machine &of, std::size_t channel);
+
+// out: the slew rate, or that to which the loader may have lowered it for a control with a largest
+//      step (docs/coefficient-file.md)
+double least_slew_um_per_s(const machine &of, const channel_facts &channel);
 
 // out: two writes that were sent at once may have outputs of steps so far apart. A write follows
 // its

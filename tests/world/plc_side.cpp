@@ -329,8 +329,9 @@ plc_side::served plc_side::serve(const fakeplc::byte_string &request, time_ns se
 }
 
 fakeplc::byte_string plc_side::stray_pdu(fakeplc::byte_string reply, stray_reply way) {
-    if (way == stray_reply::other_registers) {  // as many, from another one on
-        if (reply.size() > 2) reply[2] ^= 1;
+    if (way == stray_reply::other_registers || way == stray_reply::fewer_registers) {
+        const std::size_t at = way == stray_reply::other_registers ? 2 : 4;  // start, count
+        if (reply.size() > at) reply[at] ^= 1;
         return reply;
     }
     for (std::size_t i = 2; i < reply.size(); ++i) reply[i] = static_cast<std::uint8_t>(~reply[i]);

@@ -25,6 +25,7 @@ enum class stray_reply {
     shorter,
     longer,
     other_registers,
+    fewer_registers,
     miscounted
 };
 

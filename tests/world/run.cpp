@@ -472,7 +472,7 @@ void run::daemon_ended(const ending &how) {
         box.boot();
         faults.booted();
     }
-    restart_after(restart_pause);
+    restart_after(restart_pause + faults.stays_off());
 }
 
 void run::stop_daemon() {
