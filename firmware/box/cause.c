@@ -15,8 +15,7 @@ static struct cb_cause of_signal(const struct cb_box *box, uint8_t index) {
                             [CB_CAUSE_FAST] = signal->rate_per_s,
                             [CB_CAUSE_NO_NUMBER] = 0.0f};
     if (state->doubted)
-        return (struct cb_cause){CB_CAUSE_DOUBTED, index, state->value,
-                                 cb_sensors_expected(&box->config, &box->sensors, index)};
+        return (struct cb_cause){CB_CAUSE_DOUBTED, index, state->value, state->expected};
     if (state->refusal != CB_CAUSE_NONE)
         return (struct cb_cause){state->refusal, index, state->refused, bounds[state->refusal]};
     const float age_ms = cb_seconds(box->life.now_us - state->time_us) * 1000.0f;

@@ -70,7 +70,7 @@ static void follow_bank(const struct cb_config *config, const struct cb_bank_con
         const unsigned powers = cb_bank_sets(config, bank)[i];
         const int64_t elapsed_us = signal->time_us - state->time_us[inputs[i]];
         const float from = held(config, bank, i, state->value[inputs[i]]);
-        const float to = held(config, bank, i, signal->value);
+        const float to = held(config, bank, i, cb_signal_remembered(signal));
         if (signal->known) take_pace(config, bank, elapsed_us, &paces);
         for (unsigned power = 1; powers >> (power - 1) != 0; ++power) {
             if (!(powers >> (power - 1) & 1u)) continue;
@@ -89,7 +89,7 @@ static void remember(const struct cb_config *config, const struct cb_bank_config
         const struct cb_signal_state *signal = &signals[inputs[i]];
         if (!signal->known) continue;
         state->time_us[inputs[i]] = signal->time_us;
-        state->value[inputs[i]] = signal->value;
+        state->value[inputs[i]] = cb_signal_remembered(signal);
     }
 }
 

@@ -25,10 +25,10 @@ CB_OUTLINE void start(struct cb_signal_state *state, float u) {
 
 /* Moves one lag to its signal's newest value, which is plausible and therefore finite. */
 CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_config *lag,
-                      const struct cb_signal_state *signal, struct cb_signal_state *state,
-                      struct pace *pace) {
+                      const struct cb_signal_state *signal, float value,
+                      struct cb_signal_state *state, struct pace *pace) {
     const float tau_s = link->tau_s, min = lag->min, max = lag->max;
-    const float u = link->squares ? signal->value * signal->value : signal->value;
+    const float u = link->squares ? value * value : value;
     const int64_t elapsed_us = signal->time_us - state->time_us;
     state->time_us = signal->time_us;
     state->known = true;
@@ -42,12 +42,12 @@ CB_INLINE void follow(const struct cb_lag_link *link, const struct cb_signal_con
     state->value = cb_clamp(state->lag.hi, min, max);
 }
 
-/* As follow(), for a signal whose newest value is too old or missing. */
+/* As follow(), for a signal whose newest value is too old, missing or doubted. */
 CB_OUTLINE void follow_stale(const struct cb_lag_link *link, const struct cb_signal_config *lag,
                              const struct cb_signal_state *signal, struct cb_signal_state *state,
                              struct cb_counters *counters) {
     struct pace own = {0};
-    if (signal->known) follow(link, lag, signal, state, &own);
+    if (signal->known) follow(link, lag, signal, cb_signal_remembered(signal), state, &own);
     state->used = state->value;
     cb_signal_goes_stale(state, counters);
 }
@@ -74,7 +74,7 @@ CB_OUTLINE bool follow_any(const struct cb_lag_link *link, const struct cb_signa
         follow_stale(link, lag, signal, state, counters);
         return false;
     }
-    follow(link, lag, signal, state, pace);
+    follow(link, lag, signal, signal->value, state, pace);
     state->used = state->value;
     if (signal->streak != 0 && state->value == state->lag.hi) state->streak = CB_STREAK_GOES;
     return state->fresh = true;

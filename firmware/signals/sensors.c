@@ -157,7 +157,9 @@ static void mark(const struct cb_config *config, const struct cb_sensors_state *
     for (unsigned j = 0; j < config->sensors_count; ++j) {
         struct cb_signal_state *signal = &signals[config->sensors.signal[j]];
         signal->doubted = is_doubted(state, j);
-        if (signal->doubted) signal->streak = 0;
+        if (!signal->doubted) continue;
+        signal->streak = 0;
+        signal->expected = config->pool[config->sensors.pool + j] + state->away[j];
     }
 }
 
@@ -168,13 +170,4 @@ void cb_sensors_watch(const struct cb_config *config, struct cb_signal_state *si
     CB_ASSERT(config->sensors_count <= CB_MAX_SENSORS);
     go_on(config, signals, state, counters, now_us);
     mark(config, state, signals);
-}
-
-float cb_sensors_expected(const struct cb_config *config, const struct cb_sensors_state *state,
-                          uint8_t signal) {
-    for (unsigned j = 0; j < config->sensors_count; ++j) {
-        if (config->sensors.signal[j] == signal)
-            return config->pool[config->sensors.pool + j] + state->away[j];
-    }
-    return 0.0f;
 }

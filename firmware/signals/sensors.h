@@ -10,7 +10,8 @@
  * likelihood ratio).
  *
  * A doubted or stale sensor takes the value that the others predict (one step of Gauss-Seidel a
- * second on P d = 0), so that it accuses no other one. */
+ * second on P d = 0), so that it accuses no other one. The lags of a doubted one follow that, too.
+ */
 #ifndef COMPBOX_FIRMWARE_SIGNALS_SENSORS_H
 #define COMPBOX_FIRMWARE_SIGNALS_SENSORS_H
 
@@ -46,15 +47,12 @@ struct cb_sensors_state {
 _Static_assert(CB_MAX_SENSORS <= 32, "a bit of a word for each");
 
 /* in : a file with sensors; the signals with the values accepted in this step; now_us, of this step
- * out: doubted and streak of the signals, by *state. A doubted signal is not fresh (signals.c).
+ * out: doubted, streak and expected of the signals, by *state. A doubted signal is not fresh
+ *      (signals.c).
  *      Counts each new doubt.
  * A pass over all sensors begins each second. A step compares one of them; all that are left if the
  * second is over. */
 void cb_sensors_watch(const struct cb_config *config, struct cb_signal_state *signals,
                       struct cb_sensors_state *state, struct cb_counters *counters, int64_t now_us);
-
-/* in : signal, doubted. out: the value that the other sensors predict, in the signal's unit */
-float cb_sensors_expected(const struct cb_config *config, const struct cb_sensors_state *state,
-                          uint8_t signal);
 
 #endif

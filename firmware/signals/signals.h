@@ -28,7 +28,15 @@ struct cb_signal_state {
     uint8_t refusal;   /* enum cb_cause_kind: reason for the last rejection; NONE: accepted */
     float refused;     /* the rejected number, unit of the signal */
     uint32_t implausible, stale; /* its share of samples_implausible and signals_stale */
+    float expected; /* of a doubted one: its value as the other sensors predict it, within its range
+                     */
 };
+
+/* out: the value that its lags follow. What a doubted sensor reads would stay in them for hours
+ * after it is trusted again. */
+static inline float cb_signal_remembered(const struct cb_signal_state *state) {
+    return state->doubted ? state->expected : state->value;
+}
 
 /* out: whether it has a plausible value that is not older than its maximum age */
 static inline bool cb_signal_is_recent(const struct cb_signal_config *signal,

@@ -98,10 +98,9 @@ void row_watcher::look(std::size_t row, const cb_box &box, const std::vector<dou
         const unsigned signal = measured_[i];
         const auto seen = static_cast<float>(values[i]);
         if (box.signals[signal].doubted) {
-            const float expected =
-                cb_sensors_expected(&config_, &box.sensors, static_cast<uint8_t>(signal));
             doubted_[i].add(samples_.lines[row],
-                            fmt::format("{} where they predict {:.4g}", values[i], expected));
+                            fmt::format("{} where they predict {:.4g}", values[i],
+                                        box.signals[signal].expected));
         }
         if (accepted(box, signal) && cb_signal_in_range(&config_.signals[signal], seen)) continue;
         auto &kind = box.signals[signal].known ? held_ : missing_;

@@ -41,7 +41,8 @@ struct bank_rig : box_rig {
     bool heard[4] = {true, true, true, true};
 
     explicit bank_rig(const std::string &terms, const std::string &signals = "")
-        : box_rig(from_text(bank_file(terms, signals))) {}
+        : bank_rig(from_text(bank_file(terms, signals))) {}
+    explicit bank_rig(const config_builder &file) : box_rig(file) {}
     void go(int64_t elapsed_us = 30000) {
         position(8, x);
         put_int32(in.registers + 10, rpm * 10);

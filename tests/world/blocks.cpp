@@ -137,6 +137,13 @@ bool draws(const run &of, fault_kind kind) {
     return of.options.faults.count(kind) > 0;
 }
 
+bool may_be_doubted(const run &of, const std::string &signal) {
+    if (!draws(of, fault_kind::sensors)) return false;
+    const nlohmann::json sensors = of.running().file().value("sensors", nlohmann::json::object());
+    const nlohmann::json names = sensors.value("signals", nlohmann::json::array());
+    return std::find(names.begin(), names.end(), signal) != names.end();
+}
+
 bool draws_any(const run &of, std::initializer_list<fault_kind> kinds) {
     return std::any_of(kinds.begin(), kinds.end(),
                        [&of](fault_kind kind) { return draws(of, kind); });

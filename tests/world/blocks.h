@@ -91,6 +91,8 @@ double applied_in(const machine &of, std::size_t channel, const exchange &seen);
 time_ns longest_lag(const run &of);
 // Whether the run draws a kind of fault.
 bool draws(const run &of, fault_kind kind);
+// out: the others may contradict this sensor; its lags follow what they predict then
+bool may_be_doubted(const run &of, const std::string &signal);
 bool draws_any(const run &of, std::initializer_list<fault_kind> kinds);
 // Whether faults leave unknown which readings, files and time a box has.
 bool hides_exchanges(const run &of);

@@ -1,16 +1,23 @@
 // SPDX-License-Identifier: MIT
 // Sensors that check each other (docs/coefficient-file.md, "sensors"): one that contradicts the
 // others for long enough is doubted, not before, and trusted again when it has agreed for ten times
-// as long. Judged by status, detail and counter, where the box gets each reading that the PLC gave.
+// as long. Its lags follow what the others predict. Judged by status, detail, counter and state
+// file, where the box gets each reading that the PLC gave.
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <cstdlib>
+#include <deque>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "tests/world/blocks.h"
+#include "tests/world/interval.h"
 #include "tests/world/invariants.h"
 #include "tests/world/reference.h"
 #include "tests/world/run.h"
+#include "tests/world/state_file.h"
 
 namespace compbox::world {
 
@@ -25,12 +32,19 @@ class doubts_invariant : public invariant {
             return;
         box_.emplace(of.box_machine);
         const nlohmann::json &root = of.box_machine.file();
-        for (const auto &signal : root.at("signals")) signals_.push_back(signal.at("name"));
+        const nlohmann::json &sensors = root.at("sensors").at("signals");
+        for (const auto &signal : root.at("signals")) {
+            signals_.push_back(signal.at("name"));
+            if (std::count(sensors.begin(), sensors.end(), signal.value("lag_of", "")) > 0 &&
+                signal.value("power", 1) == 1)
+                lags_[signals_.back()] = signal.at("lag_of");
+        }
     }
     void started() override {
         if (!box_) return;
-        box_->start(false);
+        box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         reads_ = false;
+        past_.clear();
     }
     void exchanged(const exchange &seen) override {
         if (!box_) return;
@@ -38,7 +52,15 @@ class doubts_invariant : public invariant {
         if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen));
         if (!is_reading(facts, seen)) return;
         reads_ = seen.duration != never && seen.exception == 0 && head_of(facts, seen).whole;
-        if (reads_) box_->read(facts, seen, seen.sent);
+        if (!reads_) return;
+        box_->read(facts, seen, seen.sent);
+        keep_lags();
+    }
+    void file_written(const std::string &path, const node &file) override {
+        if (!box_ || !reads_ || path != run::state_path) return;
+        const auto state = decoded(file.bytes);
+        if (!state) return;
+        for (const state_file::record &record : state->records) judge_lag(record);
     }
     void reported(const nlohmann::json &all) override {
         if (!box_ || !reads_) return;
@@ -87,14 +109,49 @@ class doubts_invariant : public invariant {
         }
         if (!known) violated(fmt::format("{} is doubted, and no sensor checks it", named));
     }
+    // What the lags of doubted sensors were in the newest time.
+    void keep_lags() {
+        const sensor_watch &watch = *box_->watch();
+        for (const auto &[lag, of] : lags_) {
+            const auto place = std::find(watch.names().begin(), watch.names().end(), of);
+            std::deque<lag_value> &past = past_[lag];
+            if (!watch.doubts(static_cast<std::size_t>(place - watch.names().begin())))
+                past.clear();
+            else
+                past.push_back({of_.time.now(), box_->lag_of(lag)});
+            while (!past.empty() && of_.time.now() - past.front().at_ns > 5 * second)
+                past.pop_front();
+        }
+    }
+    // The file has them of one moment, which is older than the file.
+    void judge_lag(const state_file::record &record) {
+        const time_ns at = of_.time.now() - of_.box.boottime() + record.boottime_us * us;
+        const double y = static_cast<double>(record.hi);
+        const auto found = past_.find(record.name);
+        if (found == past_.end() || found->second.empty() || found->second.front().at_ns > at)
+            return;
+        interval all = interval::none();
+        for (const lag_value &one : found->second)
+            if (std::abs(one.at_ns - at) < 3 * of_.running().period_us * us)
+                all.take(interval{one.is.value, one.is.value}.moved(0, one.is.near));
+        if (all.is_none() || (y > all.low - 0.02 && y < all.high + 0.02)) return;
+        violated(fmt::format("the lag {} of a doubted sensor is {}, the others take it to {} … {}",
+                             record.name, y, all.low, all.high));
+    }
     std::string signal_of(const written_block &block) const {
         const unsigned place = block.detail & 0xFFu;
         return place >= 1 && place <= signals_.size() ? signals_[place - 1] : "";
     }
 
     std::optional<reference_box> box_;
-    std::vector<std::string> signals_;  // in the order of the file
-    bool reads_ = false;                // the newest reading came whole
+    std::vector<std::string> signals_;         // in the order of the file
+    bool reads_ = false;                       // the newest reading came whole
+    std::map<std::string, std::string> lags_;  // of sensors that check each other: their source
+    struct lag_value {
+        time_ns at_ns;
+        judged_number is;
+    };
+    std::map<std::string, std::deque<lag_value>> past_;
 };
 
 }  // namespace

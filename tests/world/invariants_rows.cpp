@@ -122,6 +122,7 @@ class rows_invariant : public invariant {
         const std::vector<std::string> names = blackbox_names();
         if (longest_lag(of_) == 0) check_oldest(names);
         double before_s = -1;
+        std::string rest_of;  // a file that has not all seconds behind an event
         for (const std::string &file : names) {
             row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
             double first_s = -1, last_s = before_s, first_event_s = -1, event_s = -1;
@@ -141,9 +142,26 @@ class rows_invariant : public invariant {
                 mode = is;
             }
             if (first_s >= 0) check_begin(file, before_s, first_s);
+            if (longest_lag(of_) == 0) {
+                if (first_s >= 0) check_rest(rest_of, first_s - before_s);
+                check_end(file, last_s, first_event_s, event_s);
+            }
             before_s = last_s;
-            if (longest_lag(of_) == 0) check_end(file, last_s, first_event_s, event_s);
+            rest_of =
+                event_s >= 0 && last_s < event_s + 9 && !is_cut(last_s, event_s + 25) ? file : "";
         }
+        if (longest_lag(of_) == 0) check_rest(rest_of, 60);
+    }
+    // Seconds behind an event for which its file had no time left are in the next one.
+    void check_rest(const std::string &rest_of, double pause_s) {
+        if (!rest_of.empty() && pause_s > 2 && !loses_rows() &&
+            !draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk}))
+            violated(fmt::format("{} ends soon behind an event, and no file goes on", rest_of));
+    }
+    // out: a daemon ended then
+    bool is_cut(double from_s, double to_s) const {
+        return std::any_of(ends_s_.begin(), ends_s_.end(),
+                           [=](double end_s) { return end_s > from_s - 2 && end_s < to_s; });
     }
     // out: of its own files, by their number
     std::vector<std::string> blackbox_names() const {
@@ -188,12 +206,9 @@ class rows_invariant : public invariant {
     // Ten seconds behind its newest event, and a minute at most (docs/record.md). An end of the
     // daemon, or other columns, end it too.
     void check_end(const std::string &file, double last_s, double first_event_s, double event_s) {
-        const bool is_cut = std::any_of(ends_s_.begin(), ends_s_.end(), [last_s](double end_s) {
-            return end_s > last_s - 2 && end_s < last_s + 15;
-        });
         const double least_s = std::min(event_s + 10, first_event_s + 60) - 1;
-        if (event_s < 0 || is_cut || last_s >= least_s ||
-            draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk}))
+        if (event_s < 0 || is_cut(last_s, last_s + 15) || last_s >= least_s || loses_rows() ||
+            draws_any(of_, {fault_kind::reload, fault_kind::hostile}))
             return;
         violated(fmt::format("{} ends {} s behind an event", file, last_s - event_s));
     }
@@ -263,7 +278,7 @@ class rows_invariant : public invariant {
         std::vector<lag> lags;
         const nlohmann::json &file = of_.box_machine.file();
         for (const auto &entry : file.at("signals"))
-            if (entry.contains("lag_of"))
+            if (entry.contains("lag_of") && !may_be_doubted(of_, entry.at("lag_of")))
                 lags.push_back({entry.at("name"), entry.at("lag_of"), entry.value("power", 1) == 2,
                                 entry.at("tau_s")});
         row_reader rows(text);

@@ -517,7 +517,7 @@ DEFECTS_BY_OTHERS = [
     ("other-doubted-sensor-keeps-streak",
      "A doubted PLC signal keeps its streak, so the quick path accepts it and it remains fresh.",
      (SIGNALS + "sensors.c",
-      "        if (signal->doubted) signal->streak = 0;\n",
+      "        signal->streak = 0;\n",
       "")),
     ("other-banks-remember-too-early",
      "Each bank remembers its inputs at once, so the lags of a second bank with the same input do not move.",

@@ -549,14 +549,28 @@ void reference_box::sample(const std::string &name, double value, time_ns at) {
     accept(signals_[place_of(name)], value, at);
 }
 
+judged_number reference_box::lag_of(const std::string &name) const {
+    const signal &one = signals_[place_of(name)];
+    return {one.value, one.known ? one.doubt : 1e30};
+}
+
+// out: what its lags follow; of a doubted sensor what the others predict
+judged_number reference_box::input_of(const signal &of) const {
+    if (!of.watched || watch_->trusts(*of.watched)) return {of.value, of.doubt};
+    const interval all =
+        watch_->followed(*of.watched, {of.value, of.doubt, true, false, of.min, of.max});
+    return {(all.low + all.high) / 2, all.width() / 2};
+}
+
 // Lags and directions go on to the newest values.
 void reference_box::follow() {
     for (lag &one : lags_) {
         const signal &of = signals_[one.of];
         if (!of.known || (one.known && of.at_ns == one.at_ns)) continue;
-        const double held = std::clamp(of.value, one.min, one.max);
+        const judged_number input = input_of(of);
+        const double held = std::clamp(input.value, one.min, one.max);
         const double u = std::pow(held, static_cast<int>(one.power));
-        const double doubt = one.power == 1 ? of.doubt : 2 * std::fabs(of.max) * of.doubt;
+        const double doubt = one.power == 1 ? input.near : 2 * std::fabs(of.max) * input.near;
         one.before = one.known ? one.y : u;
         if (!one.known) {
             one.y = u;

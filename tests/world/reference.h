@@ -115,6 +115,8 @@ class reference_box {
     judged_number judged(const std::vector<std::string> &outputs) const;
     // out: the value of a reading at that time, if the box accepts it for sure
     std::optional<double> newest(const std::string &signal, time_ns at) const;
+    // out: the value of a lag at the newest reading
+    judged_number lag_of(const std::string &name) const;
     // out: the sensors that check each other; nullptr: the file has none
     const sensor_watch *watch() const { return watch_ ? &*watch_ : nullptr; }
 
@@ -181,6 +183,7 @@ class reference_box {
     template <typename State>
     void adopt(reference_box &fresh, State &one, const State &was) const;
     void watch_sensors(time_ns now);
+    judged_number input_of(const signal &of) const;
     void follow();
     judged_number velocity_of(const signal &of, time_ns now) const;
     double sum_of(std::size_t channel, const values &at) const;

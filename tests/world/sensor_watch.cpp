@@ -94,9 +94,10 @@ void sensor_watch::look(time_ns now, const std::vector<reading> &readings) {
 
 // The moments of the newest pass, and what may be late.
 void sensor_watch::keep(time_ns now, const std::vector<reading> &readings) {
-    moment is = {now, 0, {}};
+    moment is = {now, 0, {}, {}};
     for (std::size_t j = 0; j < readings.size(); ++j)
         is.apart.push_back(std::isnan(readings[j].value) ? 0 : readings[j].value - center_[j]);
+    for (const reading &one : readings) is.near.push_back(one.near);
     std::vector<double> sorted = is.apart;
     std::sort(sorted.begin(), sorted.end());
     is.median = sorted[sorted.size() / 2];
@@ -125,6 +126,29 @@ interval sensor_watch::predicted(std::size_t j, const std::vector<interval> &oth
         sum.high += std::max(one, two);
     }
     return sum;
+}
+
+// The others' prediction at one of the newest passes. The reading too, where it may not be doubted,
+// or just became it. All of its range, where another one is predicted too.
+interval sensor_watch::followed(std::size_t j, const reading &seen) const {
+    const sensor &own = sensors_[j];
+    bool is_alone = true;
+    for (std::size_t k = 0; k < sensors_.size(); ++k)
+        is_alone = is_alone &&
+                   (k == j || (sensors_[k].is == trust::sure && sensors_[k].used == use::reads));
+    if (!is_alone) return {seen.min, seen.max};
+    interval all = interval::none();
+    for (const moment &was : past_) {
+        std::vector<interval> others;
+        for (std::size_t k = 0; k < sensors_.size(); ++k)
+            others.push_back(interval{was.apart[k], was.apart[k]}.moved(was.median, was.near[k]));
+        const interval one = predicted(j, others).moved(center_[j], 1e-3);
+        all.take(
+            {std::clamp(one.low, seen.min, seen.max), std::clamp(one.high, seen.min, seen.max)});
+    }
+    if (own.is != trust::doubted || looked_ns_ - own.changed_ns < 2 * (pass_ns_ + late_ns_))
+        all.take(interval{seen.value, seen.value}.moved(0, seen.near));
+    return all;
 }
 
 // out: |z| of each sensor, if the box predicts these of them, whenever it did so last. Between two

@@ -36,6 +36,8 @@ class sensor_watch {
     const std::vector<std::string> &names() const { return names_; }
     bool trusts(std::size_t j) const { return sensors_[j].is == trust::sure; }
     bool doubts(std::size_t j) const { return sensors_[j].is == trust::doubted; }
+    // out: what the lags of one that is not trusted may follow
+    interval followed(std::size_t j, const reading &seen) const;
     // Since it began: doubts that are sure, and those that may have been.
     unsigned least_doubts() const { return least_; }
     unsigned most_doubts() const { return most_; }
@@ -99,7 +101,7 @@ class sensor_watch {
     struct moment {
         time_ns at_ns;
         double median;
-        std::vector<double> apart;
+        std::vector<double> apart, near;
     };
     std::deque<moment> past_;
     time_ns looked_ns_ = 0, begun_ns_ = 0;

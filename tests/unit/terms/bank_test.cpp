@@ -67,6 +67,40 @@ TEST(bank, a_stale_input_fades_all_outputs) {
     EXPECT_NEAR(rig.term("other"), 20 + 30 * (1 - (1 - std::exp(-h)) / h), 1e-4);
 }
 
+// A wrong reading of two minutes would stay in a lag of hours long after the sensor is trusted
+// again.
+TEST(bank, lags_of_a_doubted_sensor_follow_what_the_others_predict) {
+    const config_builder file = from_text(bank_file(both_kinds, lags));
+    cb_config &c = *file.config;
+    const uint8_t sensors[] = {AT_T1, AT_T2, AT_RPM};
+    // 1 of each alone, and 20 of all together
+    const float matrix[] = {20,      20,     0,       0.667f,  -0.333f, -0.333f,
+                            -0.333f, 0.667f, -0.333f, -0.333f, -0.333f, 0.667f};
+    c.sensors_count = 3;
+    c.sensors.pool = c.pool_count;
+    c.sensors.after_us = 3000000;
+    c.sensors.threshold_square = 36.0f;
+    std::copy(sensors, sensors + 3, c.sensors.signal);
+    std::copy(matrix, matrix + 12, c.pool + c.pool_count);
+    c.pool_count = static_cast<uint16_t>(c.pool_count + 12);
+    bank_rig rig(file);
+    rig.t1 = rig.t2 = 20;
+    for (int i = 0; i < 100; ++i) rig.go();
+    EXPECT_FLOAT_EQ(rig.term("third"), 20);
+    rig.t1 = 21;
+    while (rig.t1 < 40) {  // as fast as it may change
+        rig.t1 += 1;
+        rig.go();
+    }
+    for (int i = 0; i < 4000; ++i) rig.go();
+    EXPECT_FALSE(rig.live("third"));
+    rig.t1 = 20;
+    for (int i = 0; i < 1200; ++i) rig.go();
+    EXPECT_TRUE(rig.live("third"));
+    EXPECT_NEAR(rig.term("third"), 20, 1.5);
+    EXPECT_EQ(cb_bits_of(rig.term("banked")), cb_bits_of(rig.term("of_lags")));
+}
+
 TEST(bank, columns_without_a_lag_have_the_input_of_this_step) {
     bank_rig rig(
         R"({"name": "banked", "type": "linear", "bank": {"inputs": ["rpm", "X"], "tau_s": [0],
