@@ -8,8 +8,8 @@
  *
  * because errors are tool relative to workpiece and an output is the displacement of the tool. So
  * limits, RAMP and STANDBY need no special case. The output is the applied value, where the PLC
- * returns it and it is plausible, else the one that the PLC certainly holds. A term with
- * "measures": "whole" leaves the output out. */
+ * returns it, else the one that the PLC certainly holds. A term with "measures": "whole" leaves the
+ * output out. */
 #ifndef COMPBOX_FIRMWARE_BOX_PROBES_H
 #define COMPBOX_FIRMWARE_BOX_PROBES_H
 
@@ -59,7 +59,7 @@ struct cb_probe_outputs {
  * in : signals, states of this step; probes[CB_MAX_ADAPTS], by the order of config->adapts
  * out: probes, and the targets of b and g in states. A probe is refused if its value is not fresh
  *      and plausible, its model or another term of the channel's sum is not live, or the output is
- *      not known within sigma_um. */
+ *      not known within sigma_um: an applied value that is old or implausible is not. */
 void cb_probes_step(const struct cb_config *config, const struct cb_signal_state *signals,
                     const struct cb_probe_outputs *outputs, struct cb_term_state *states,
                     struct cb_probe_state *probes, struct cb_counters *counters, int64_t now_us);

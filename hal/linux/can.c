@@ -161,6 +161,7 @@ static void take_offer(struct cb_can *can, int64_t now_us) {
     __atomic_store_n(&can->wanted, false, __ATOMIC_RELEASE);
     can->fd = fd;
     can->lost_in_queue = 0;
+    can->seen_ns = replaces ? can->stamp_ns : 0;
     if (replaces) return;
     can->not_before_us = offered_us < now_us ? offered_us : now_us;
     can->state = CB_CAN_CLOSED;
@@ -218,12 +219,11 @@ static void note_error_frame(struct cb_can *can, const struct can_frame *frame, 
     if (frame->can_id & CAN_ERR_RESTARTED || controller & CAN_ERR_CRTL_ACTIVE) come_up(can);
 }
 
-/* in : stamp of the kernel, wall clock
+/* in : stamp_ns of the kernel, wall clock
  * out: the same moment in CLOCK_BOOTTIME. A wall clock that was set in between cannot make a frame
  *      older than the one before it or than an empty queue, nor newer than now. */
-static int64_t boottime_of(const struct cb_can *can, const struct timespec *stamp, int64_t now_us) {
-    const int64_t stamp_us = (int64_t)stamp->tv_sec * 1000000 + stamp->tv_nsec / 1000;
-    const int64_t time_us = now_us - (cb_unix_us() - stamp_us);
+static int64_t boottime_of(const struct cb_can *can, int64_t stamp_ns, int64_t now_us) {
+    const int64_t time_us = now_us - (cb_unix_us() - stamp_ns / 1000);
     if (time_us < can->not_before_us) return can->not_before_us;
     return time_us > now_us ? now_us : time_us;
 }
@@ -236,7 +236,8 @@ static int64_t take_control(struct cb_can *can, struct msghdr *message, int64_t 
         if (c->cmsg_type == SCM_TIMESTAMPNS) {
             struct timespec stamp;
             memcpy(&stamp, CMSG_DATA(c), sizeof stamp);
-            time_us = boottime_of(can, &stamp, now_us);
+            can->stamp_ns = (int64_t)stamp.tv_sec * 1000000000 + stamp.tv_nsec;
+            time_us = boottime_of(can, can->stamp_ns, now_us);
         } else if (c->cmsg_type == SO_RXQ_OVFL) {
             uint32_t lost;
             memcpy(&lost, CMSG_DATA(c), sizeof lost);
@@ -268,7 +269,14 @@ static bool receive_any(struct cb_can *can, struct can_frame *frame, int64_t *ti
         note_error(can, errno, now_us);
     else
         can->not_before_us = now_us;
+    can->seen_ns = 0;
     return false;
+}
+
+/* out: whether the last socket had this frame too: both have those between offer and change */
+static bool was_seen(struct cb_can *can) {
+    if (can->stamp_ns > can->seen_ns) can->seen_ns = 0;
+    return can->seen_ns != 0;
 }
 
 bool cb_can_receive(struct cb_can *can, struct cb_can_frame *frame, int64_t now_us) {
@@ -279,6 +287,7 @@ bool cb_can_receive(struct cb_can *can, struct cb_can_frame *frame, int64_t now_
     notice_up(can);
     for (int i = 0; i < CB_CAN_FRAMES_PER_CYCLE; i++) {
         if (can->fd < 0 || !receive_any(can, &raw, &time_us, now_us)) return false;
+        if (was_seen(can)) continue;
         if (raw.can_id & CAN_ERR_FLAG) {
             note_error_frame(can, &raw, time_us);
             continue;

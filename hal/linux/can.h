@@ -58,6 +58,8 @@ struct cb_can {
     bool is_back;           /* the bus came up (again); cb_can_came_back() clears it */
     int64_t not_before_us;  /* last time of a frame or an empty queue: later frames are newer */
     int64_t down_us;        /* last time that the kernel reported "down" */
+    int64_t stamp_ns;       /* of the last frame, by the kernel … */
+    int64_t seen_ns;        /* … and of the last one of the socket before; 0: all are new */
     uint32_t lost_in_queue; /* of this socket, as the kernel counts them */
     uint32_t downs;         /* times that the kernel reported "down"; the other thread … */
     uint32_t up_after;      /* … writes here after which of them the interface was up again */

@@ -17,8 +17,8 @@ void cb_load_read(void);
 char cb_load_slots(struct cb_config *config, struct cb_load_scratch *scratch,
                    struct cb_console *console, uint32_t *crc);
 
-/* Place of the PLC's status register, from the header of the first slot that has it, whatever its
- * text. out: false: neither has it */
+/* Place of the PLC's status register, from the header of the newest whole slot, or of the other one
+ * where that has none, whatever its text. out: false: neither has it */
 bool cb_load_report_place(struct cb_slot_report *report);
 
 /* Prints what cb_load_read() found, and the site's ceiling. */

@@ -375,6 +375,57 @@ TEST_F(linux_can, a_new_socket_follows_the_last_frame_of_before_it) {
     close(pair[0]);
 }
 
+// Both sockets have the frames between the offer and the change. A second boot-up message would
+// count, and start its node again.
+TEST_F(linux_can, a_frame_that_both_sockets_have_comes_once) {
+    const int on = 1;
+    int pair[2];
+    const auto send_to_new = [&](uint32_t id) {
+        can_frame raw = {};
+        raw.can_id = id;
+        ASSERT_EQ(write(pair[0], &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    };
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    ASSERT_EQ(setsockopt(box, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    ASSERT_EQ(setsockopt(pair[1], SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    cb_can_offer(&can, pair[1]);
+    usleep(2000);
+    send_to_new(0x705);
+    send_to_new(CAN_ERR_FLAG | CAN_ERR_BUSOFF);
+    controller_says(CAN_ERR_BUSOFF);
+    send(0x705, {0});
+    ASSERT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_EQ(frame.id, 0x705u);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    EXPECT_EQ(can.fd, pair[1]);
+    EXPECT_EQ(can.counters.frames, 1u);
+    EXPECT_EQ(can.counters.bus_offs, 1u);
+    send_to_new(0x705);
+    EXPECT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us())) << "a new one";
+    close(pair[0]);
+}
+
+// Nothing is dropped for longer than a queue lasts.
+TEST_F(linux_can, a_clock_that_was_set_back_hides_no_frame_behind_an_empty_queue) {
+    const int on = 1;
+    int pair[2];
+    ASSERT_EQ(socketpair(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0, pair), 0);
+    ASSERT_EQ(setsockopt(pair[1], SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on), 0);
+    cb_can_offer(&can, box);
+    EXPECT_FALSE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    can.stamp_ns = INT64_MAX;
+    cb_can_offer(&can, pair[1]);
+    take_offer();
+    EXPECT_EQ(can.fd, pair[1]);
+    can_frame raw = {};
+    raw.can_id = 0x181;
+    ASSERT_EQ(write(pair[0], &raw, sizeof raw), static_cast<ssize_t>(sizeof raw));
+    EXPECT_TRUE(cb_can_receive(&can, &frame, cb_boottime_us()));
+    close(pair[0]);
+}
+
 TEST(linux_can_open, tells_why_it_cannot) {
     const uint32_t id = 0x181;
     const int got = cb_can_open("no_such_can", &id, 1);
