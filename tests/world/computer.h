@@ -147,6 +147,7 @@ class computer {
     // When a call that is not made again was last interrupted.
     time_ns interrupted_ns = -never / 2;
     time_ns hung_up_ns = -never / 2;  // the newest SIGHUP
+    time_ns unheard_ns = -never / 2;  // the newest message to systemd that was refused
 
     static computer *current;
 

@@ -285,6 +285,8 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
+    if (fate.error != 0 && std::strcmp(site.path, "systemd") == 0)
+        of_.box.unheard_ns = of_.time.now();
     replace_what_is_read(site);
     return fate;
 }

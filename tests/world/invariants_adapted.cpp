@@ -442,11 +442,16 @@ class probes_invariant : public invariant {
         pending_h_ = 0;
     }
 
+    double s_at(double m) const { return with_->sigma * with_->sigma + p_.along(m); }
+    // out: from a number to the interval of those
+    static double distance(double from, std::initializer_list<double> to) {
+        return std::max({std::min(to) - from, from - std::max(to), 0.0});
+    }
     void judge_step(const filter_state &now, const std::vector<double> &may_take, bool beyond,
                     double m) {
         const double bias_by = now.b - was_.b, gain_by = now.g - was_.g;
         // That of this m: P loses nearly all of it, and what remains is smaller than m is known.
-        const double s = with_->sigma * with_->sigma + p_.along(m);
+        const double s = s_at(m);
         const double way = bias_by + gain_by * m;
         const double m_near = std::isnan(m) ? 0 : newest_.m.near;
         if (!std::isnan(m) && std::fabs(way) > with_->step_max * (1 + 1e-4) +
@@ -468,9 +473,13 @@ class probes_invariant : public invariant {
                 gain * (near * (p_.bb + std::fabs(p_.bg * m)) + std::fabs(p_.bg) * m_near + drift);
             const double gain_near = gain * (near * (std::fabs(p_.bg) + p_.gg * std::fabs(m)) +
                                              p_.gg * m_near + gain_drift * std::fabs(m));
+            // A limited step is that of its m.
+            const filter_step low = step_of(*with_, was_, p_, m - m_near, s_at(m - m_near), e),
+                              high = step_of(*with_, was_, p_, m + m_near, s_at(m + m_near), e);
             const double off = std::max(
-                std::fabs(one.bias_by - bias_by) / (bias_near + 1e-4 * (1 + std::fabs(was_.b))),
-                std::fabs(one.gain_by - gain_by) / (gain_near + 1e-5));
+                distance(bias_by, {one.bias_by, low.bias_by, high.bias_by}) /
+                    (bias_near + 1e-4 * (1 + std::fabs(was_.b))),
+                distance(gain_by, {one.gain_by, low.gain_by, high.gain_by}) / (gain_near + 1e-5));
             if (off >= least_off) continue;
             least_off = off;
             taken_um = e;

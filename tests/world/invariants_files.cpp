@@ -463,9 +463,12 @@ class record_invariant : public invariant {
     void ticked() override {
         look_at_clock();
         if (!writes_ && !is_later(last_row_)) last_row_.clear();  // another clock at its first row
+        if (draws(of_, fault_kind::power_cut) && of_.time.now() - looked_ns_ > second)
+            look_at_rows();
     }
     void ended(const ending &how) override {
         look_at_clock();
+        if (how.power_cut) judge_durable();
         for (const std::string &found : of_.box.files.names_in(run::blackbox_path))
             if (found.size() > 4 && found.substr(found.size() - 4) == ".csv")
                 check(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, found)), 0);
@@ -481,14 +484,37 @@ class record_invariant : public invariant {
     }
 
   private:
-    static constexpr int most_records = 100;
+    static constexpr int most_records = 1000;  // CB_ARCHIVE_FILES, and the one that grows
     bool writes_ = false;
     std::string last_row_;     // at the start, with both line ends, if it is later than that
     std::uint64_t rows_ = 0;   // of all records so far
     std::uint64_t bytes_ = 0;  // of all records at the last end
     time_ns ahead_ns_ = 0;     // the wall clock less the world's time
     time_ns set_ns_ = 0;       // when the wall clock was set last
+    // Of the newest look at the record: the file, and whether it has had rows since the look
+    // before.
+    std::shared_ptr<const node> record_;
+    bool had_rows_ = false;
+    time_ns looked_ns_ = 0;
 
+    // A record has its first rows on the disk at once, however short it is.
+    void look_at_rows() {
+        looked_ns_ = of_.time.now();
+        const auto file = of_.box.files.find(run::record_path, false);
+        had_rows_ = std::exchange(record_, file) == file && file != nullptr && has_row(*file);
+    }
+    static bool has_row(const node &file) {
+        return std::count(file.bytes.begin(), file.bytes.end(), '\n') >= 2;
+    }
+    void judge_durable() {
+        const auto file = of_.box.files.find(run::record_path, false);
+        const bool is_there = file != nullptr && has_row(*file);
+        if (std::exchange(had_rows_, false) && writes_ && !is_there && longest_lag(of_) == 0 &&
+            !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
+                             fault_kind::partial, fault_kind::reload, fault_kind::hostile}))
+            violated("the record had rows for a second, and a power cut left none");
+        record_.reset();
+    }
     void look_at_clock() {
         const time_ns ahead_ns = of_.box.wall() - of_.time.now();
         if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
@@ -597,6 +623,7 @@ class events_invariant : public invariant {
     void started() override {
         check();
         lost_ = left_out_ = modes_ = changes_ = 0;
+        untold_.reset();
         rotated_ = gives_up_ = false;
         full_at_.reset();
         mode_.reset();
@@ -608,6 +635,7 @@ class events_invariant : public invariant {
         changes_ += mode_ && *mode_ != mode;
         mode_ = mode;
     }
+    void taken(const machine &, const machine &is) override { untold_ = is.revision; }
     void ticked() override {
         const time_ns now = of_.time.now();
         if (hung_ups_.empty() || hung_ups_.back() != of_.box.hung_up_ns)
@@ -645,6 +673,8 @@ class events_invariant : public invariant {
             violated(fmt::format("{} events behind a full disk, and none says what was lost",
                                  lines_ - *full_at_));
         if (draws(of_, fault_kind::disk)) return;
+        if (untold_ && of_.keeps_events() && !rotated_ && lost_ + left_out_ == 0 && !gives_up_)
+            violated(fmt::format("revision {} runs, and no event says so", *untold_));
         const bool none_told = of_.keeps_events() && !rotated_ && lost_ == 0;
         if (lost_ > left_out_ || (none_told && left_out_ > most_untold))
             violated(fmt::format("{} events are missing, the log leaves out {} lines", lost_,
@@ -686,6 +716,9 @@ class events_invariant : public invariant {
         const std::string mode = event.value("mode", "");  // others have none
         modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;
         const std::string text = event.value("text", "");
+        if (untold_ &&
+            text.find(fmt::format(": revision {} is running now", *untold_)) != std::string::npos)
+            untold_.reset();
         const bool is_of_file = text.find("/etc/compbox/") != std::string::npos ||
                                 text.find(", revision ") != std::string::npos;
         if (event.contains("file") && !is_of_file)
@@ -754,6 +787,7 @@ class events_invariant : public invariant {
     bool gives_up_ = false;                   // the thread that writes them stands at the end
     std::optional<unsigned> mode_;
     std::string told_mode_;
+    std::optional<unsigned> untold_;  // revision that was taken last
 };
 
 // Lines of the log are whole sentences of compboxd, and few: 20 at once and two a second of each
