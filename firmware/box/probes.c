@@ -55,7 +55,7 @@ float cb_probe_sigma(const struct cb_config *config, unsigned index,
     return cb_adapt_sigma(&now.filter, outputs[adapt->output], &model);
 }
 
-/* Reads the count.
+/* Reads the count. One that fell began anew with its PLC: it is a reference, as the first one is.
  * out: true if there is a new measurement */
 static bool is_new(const struct cb_signal_state *count, struct cb_probe_state *probe) {
     if (!count->fresh || count->refusal != CB_CAUSE_NONE) {
@@ -66,8 +66,9 @@ static bool is_new(const struct cb_signal_state *count, struct cb_probe_state *p
     const bool counted = probe->counted;
     probe->count = now;
     probe->counted = true;
-    if (!counted || now == was) return false;
-    probe->skipped += (uint16_t)(now - was) - 1u;
+    const uint16_t rise = (uint16_t)(now - was);
+    if (!counted || rise == 0 || rise > INT16_MAX) return false;
+    probe->skipped += rise - 1u;
     return true;
 }
 

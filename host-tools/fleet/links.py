@@ -14,6 +14,7 @@ import time
 
 from .errors import FleetError
 from .registry import read_bytes, write_file
+from .residuals import is_new_count
 
 # What reading a message can throw, whatever it is: numbers beyond a float and deep lists too.
 NOT_OF_A_BOX = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
@@ -32,7 +33,7 @@ def is_number(value):
 
 
 class Residuals:
-    """Makes residuals of the signals of boxes: a new count of probe_NAME_n is a new probe. The first count of a
+    """Makes residuals of the signals of boxes: probe_NAME at each is_new_count() of probe_NAME_n. The first count of a
     revision is a reference."""
 
     def __init__(self):
@@ -49,7 +50,7 @@ class Residuals:
             probe, value = count[6:-2].lower(), signals.get(count[:-2])
             if not is_number(signals[count]):
                 continue
-            if self.last[name].get(probe, signals[count]) != signals[count] and is_number(value):
+            if is_new_count(self.last[name].get(probe, signals[count]), signals[count]) and is_number(value):
                 found.append((probe, value))
             self.last[name][probe] = signals[count]
         return found

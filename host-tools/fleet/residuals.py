@@ -17,6 +17,12 @@ def probe_of(name):
     return name.lower().removeprefix("probe_").removeprefix("error_").removesuffix("_um")
 
 
+def is_new_count(was, now):
+    """out: whether there was a probe between the two. A count that is lower began anew with its PLC, unless it has passed
+    65535, as in host-tools/metrology/probed_record.h: it is a reference."""
+    return now > was or was - now > 32768
+
+
 def figures(values):
     """in: residuals, um. out: number, mean and rms; None of none"""
     count = len(values)
@@ -27,7 +33,7 @@ def figures(values):
 
 
 def residuals_of(text, place):
-    """in: a record with columns probe_NAME and probe_NAME_n. out: {name: [um]}, one for each new count; the first
+    """in: a record with columns probe_NAME and probe_NAME_n. out: {name: [um]}, one for each is_new_count(); the first
     count is a reference. Throws FleetError for a table that is no such record."""
     rows = csv.reader(io.StringIO(text))
     header = next(rows, [])
@@ -41,9 +47,10 @@ def residuals_of(text, place):
             for name, (value, count) in probes.items():
                 if row[count] == "":
                     continue
-                if name in last and row[count] != last[name]:
+                now = _finite(row[count])
+                if name in last and is_new_count(last[name], now):
                     found[name].append(_finite(row[value]))
-                last[name] = row[count]
+                last[name] = now
         except (IndexError, ValueError) as error:
             raise FleetError(f"{place}: line {rows.line_num} has no number for a probe") from error
     return found

@@ -341,6 +341,9 @@ def test_what_is_no_number_is_no_probe(value):
     assert residuals.feed("m000", "8", {"probe_x": 0.1, "probe_x_n": 20}) == []
     assert residuals.feed("m000", 8, ["probe_x"]) == []
     assert residuals.feed("m000", 8, {"probe_x": 0.1, "probe_x_n": 21}) == [("x", 0.1)]
+    assert residuals.feed("m000", 8, {"probe_x": 0, "probe_x_n": 0}) == []  # its PLC began anew
+    assert residuals.feed("m000", 8, {"probe_x": 0.2, "probe_x_n": 65535}) == [("x", 0.2)]
+    assert residuals.feed("m000", 8, {"probe_x": 0.3, "probe_x_n": 1}) == [("x", 0.3)]
     seen = {"bound_um": {"x": 1.0}, "seen_um": {"x": [float("nan")] * rollout.PROBES}}
     assert rollout.verdict(seen)  # a machine passes by what was measured alone
 

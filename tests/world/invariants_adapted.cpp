@@ -222,7 +222,9 @@ class probes_invariant : public invariant {
         box_->read(facts, seen, seen.sent);
         const auto count = box_->newest(term_.at("probe").at("count"), seen.sent);
         const auto was = std::exchange(count_, count);
-        if (count && was && *count != *was) take_probe(facts, seen);
+        const auto rise = static_cast<std::uint16_t>(static_cast<int>(count.value_or(0)) -
+                                                     static_cast<int>(was.value_or(0)));
+        if (count && was && rise != 0 && rise < 0x8000) take_probe(facts, seen);
     }
     void shown(const json &snapshot) override {
         if (!box_ || !snapshot.contains("adapted")) return;

@@ -551,7 +551,7 @@ SECOND_LOOK = [
      ("models/adapt.c", "state->since_h * 3600.0f < settings->min_interval_s * EARLY;",
       "state->since_h * 60.0f < settings->min_interval_s * EARLY;")),
     ("probe-skipped", "A measurement counts as one that was skipped, too",
-     (BOX + "probes.c", "probe->skipped += (uint16_t)(now - was) - 1u;", "probe->skipped += (uint16_t)(now - was);")),
+     (BOX + "probes.c", "probe->skipped += rise - 1u;", "probe->skipped += rise;")),
     # ---- firmware: wire, signals, limits
     ("int32-off-by-one", "A negative number of 32 bits is one unit too large",
      ("firmware/wire/number.c", "(float)((int32_t)(bits & 0x7FFFFFFFu) - INT32_MAX - 1);",

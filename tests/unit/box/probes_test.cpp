@@ -76,6 +76,20 @@ TEST(probes, are_one_measurement_for_each_new_count_and_wrap) {
     EXPECT_EQ(rig.box->counters.probes_refused, 1u);
 }
 
+// Its first value, mostly zero, is no measurement.
+TEST(probes, count_anew_where_the_plc_counts_anew) {
+    probe_rig rig;
+    for (int i = 0; i < 9; ++i) rig.touch(43);
+    EXPECT_EQ(rig.state().taken, 9u);
+    rig.count = 0xFFFF;
+    rig.probe(0);
+    EXPECT_EQ(rig.count, 0);
+    EXPECT_EQ(rig.state().taken + rig.state().refused, 9u);
+    EXPECT_EQ(rig.state().skipped, 0u);
+    rig.touch(43);
+    EXPECT_EQ(rig.state().taken, 10u);
+}
+
 TEST(probes, count_anew_after_the_plc_was_silent) {
     probe_rig rig;
     rig.lose_plc();
