@@ -18,8 +18,8 @@ def probe_of(name):
 
 
 def is_new_count(was, now):
-    """out: whether there was a probe between the two. A count that is lower began anew with its PLC, unless it has passed
-    65535, as in host-tools/metrology/probed_record.h: it is a reference."""
+    """out: whether there was a probe between the two. A count that is lower began anew with its PLC, and is a reference,
+    unless it has passed 65535 (host-tools/metrology/probed_record.h)."""
     return now > was or was - now > 32768
 
 
