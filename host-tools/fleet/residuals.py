@@ -18,7 +18,7 @@ def probe_of(name):
 
 
 def is_new_count(was, now):
-    """out: whether there was a probe between the two. A count that is lower began anew with its PLC, and is a reference,
+    """out: whether there was a probe between the two. A count that is lower began anew with its PLC, as a reference,
     unless it has passed 65535 (host-tools/metrology/probed_record.h)."""
     return now > was or was - now > 32768
 
