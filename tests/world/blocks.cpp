@@ -98,8 +98,8 @@ read_head head_of(const machine &of, const exchange &seen) {
     head.whole = !map.read.counters || seen.read.front() == seen.read.back();
     head.control = word_in(seen.read, map.control, map.read.start);
     head.heartbeat = word_in(seen.read, map.plc_heartbeat, map.read.start);
-    head.nc_alarm =
-        map.handshake && (word_in(seen.read, *map.handshake, map.read.start) >> 15 & 1) != 0;
+    if (map.handshake) head.handshake = word_in(seen.read, *map.handshake, map.read.start);
+    head.nc_alarm = (head.handshake >> 15 & 1) != 0;
     return head;
 }
 

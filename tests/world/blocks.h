@@ -60,8 +60,9 @@ const written_block &block_of(const machine &of, const exchange &seen);
 
 // The head of a reading of the read block.
 struct read_head {
-    bool whole = false;     // the block's counters agree
-    bool nc_alarm = false;  // by the handshake register
+    bool whole = false;      // the block's counters agree
+    bool nc_alarm = false;   // by the handshake register
+    unsigned handshake = 0;  // its register; 0: there is none
     std::uint16_t control = 0, heartbeat = 0;
     bool enables() const { return (control & 1u) != 0; }
     bool resets() const { return (control & 4u) != 0; }

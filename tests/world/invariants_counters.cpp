@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/world/blocks.h"
@@ -70,10 +71,12 @@ class counters_invariant : public invariant {
         reasons_.clear();
         whole_ = false;
         refused_ = refused_before_ = 0;
+        handshakes_ = handshakes_before_ = 0;
+        handshake_ = 0;
         newest_.clear();
     }
     void exchanged(const exchange &seen) override {
-        if (calm_) count_refusals(seen);
+        if (calm_) take_reading(seen);
         if (!judged_ || seen.written.empty() || seen.sent < sent_ns_) return;
         sent_ns_ = seen.sent;
         const written_block &block = block_of(of_.author_of(seen), seen);
@@ -113,17 +116,32 @@ class counters_invariant : public invariant {
         if (refused < refused_before_)
             violated(fmt::format("samples_implausible is {}, {} values could not be taken", refused,
                                  refused_before_));
+        const std::uint64_t handshakes = counted(box, "handshakes");
+        if (handshakes < handshakes_before_ || handshakes > handshakes_)
+            violated(fmt::format("handshakes is {}, the readings had {}", handshakes, handshakes_));
         judge_none(box, of_the_box);
         judge_none(all.at("plc"), of_.box_machine.plc_device.empty() ? of_tcp : of_a_line);
         if (!draws(of_, fault_kind::sensors)) judge_none(box, of_sensors);
     }
 
   private:
-    // What is no number, or outside of its range for sure.
-    void count_refusals(const exchange &seen) {
+    void take_reading(const exchange &seen) {
         const machine &facts = of_.running_at(seen.sent);
         if (seen.duration == never || !is_reading(facts, seen) || !head_of(facts, seen).whole)
             return;
+        count_refusals(facts, seen);
+        count_handshakes(head_of(facts, seen).handshake);
+    }
+    // A channel is in transfer, and was not, or ESTB rises.
+    void count_handshakes(unsigned word) {
+        constexpr unsigned channel = 0xFF, estb = 1u << 8;
+        const unsigned was = std::exchange(handshake_, word);
+        handshakes_before_ = handshakes_;
+        handshakes_ +=
+            ((word & ~was & estb) != 0) || ((word & channel) != 0 && ((word ^ was) & channel) != 0);
+    }
+    // What is no number, or outside of its range for sure.
+    void count_refusals(const machine &facts, const exchange &seen) {
         refused_before_ = refused_;
         each_signal(facts, seen, [&](const std::string &of, double value) {
             const signal_facts &signal = *facts.signal(of);
@@ -172,9 +190,11 @@ class counters_invariant : public invariant {
     time_ns sent_ns_ = 0;  // the newest write
     unsigned mode_ = fakeplc::box_mode::standby;
     std::uint64_t refused_ = 0, refused_before_ = 0;  // values of readings, but for the newest one
-    bool whole_ = false;                              // all terms have had values
-    std::array<std::uint64_t, 6> modes_ = {};         // entries, as the PLC saw them
-    std::map<unsigned, std::uint64_t> reasons_;       // writes with each
+    unsigned handshake_ = 0;                          // of the newest reading
+    std::uint64_t handshakes_ = 0, handshakes_before_ = 0;  // likewise
+    bool whole_ = false;                                    // all terms have had values
+    std::array<std::uint64_t, 6> modes_ = {};               // entries, as the PLC saw them
+    std::map<unsigned, std::uint64_t> reasons_;             // writes with each
 };
 
 // The statistics and the snapshot of a daemon that ended are of the same last cycle.

@@ -783,6 +783,36 @@ struct draft {
         return names;
     }
 
+    // Likewise: polylines over the axis of a tangent. Some end within its travel, some differ by
+    // direction.
+    void draw_curves_of_tangents() {
+        dice own(made.twin.seed, "curves of tangents");
+        for (const auto &channel : root["channels"]) {
+            if (!channel.contains("tangent") || !own.one_in(2)) continue;
+            const json &sum = channel["sum"];
+            for (auto &term : root["terms"])
+                if (term["type"] == "polyline" && term["name"] != "by_hand" &&
+                    std::find(sum.begin(), sum.end(), term["name"]) != sum.end())
+                    lay_along(term, channel["tangent"]["signal"], own);
+        }
+    }
+    void lay_along(json &term, const std::string &axis, dice &own) const {
+        const double from = own.one_in(2) ? 0.0 : own.between(0.1, 0.4),
+                     to = own.one_in(2) ? 1.0 : own.between(0.6, 0.9);
+        std::vector<double> positions = term["positions"];
+        const auto parts = static_cast<double>(positions.size() - 1);
+        for (std::size_t i = 0; i < positions.size(); ++i)
+            positions[i] =
+                rounded(travel_of(axis) * (from + (to - from) * static_cast<double>(i) / parts));
+        term["positions"] = positions;
+        term["signal"] = axis;
+        if (!own.one_in(3)) {
+            term["backward"]["values"] = values_of(own, positions.size(), 30);
+            term["reversal_mm"] = rounded(own.log_between(0.05, 20));
+        }
+        if (term.contains("backward")) term["backward"]["positions"] = positions;
+    }
+
     // Likewise: some polylines become polynomials that end within the travel.
     void draw_polynomials() {
         dice own(made.twin.seed, "polynomials");
@@ -1063,6 +1093,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_twin_banks();
     file.draw_uneven_breaks();
     file.draw_followed_models();
+    file.draw_curves_of_tangents();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
