@@ -36,6 +36,7 @@ enum : unsigned {
     extrapolated = 11,
     unconfirmed = 12,
     unapplied = 13,
+    nc_waits = 14,
     demand = 16,
     write_refused = 18,
     overrun = 19,

@@ -250,6 +250,7 @@ class reset_invariant : public invariant {
   public:
     explicit reset_invariant(run &of) : invariant(of, "reset"), exact_(longest_lag(of) == 0) {}
     void started() override { in_fault_ = false; }
+    void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
@@ -273,6 +274,9 @@ class reset_invariant : public invariant {
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         newest_ns_ = seen.sent;
+        if (block.reason == box_reason::nc_waits && !facts.map.handshake && exact_ &&
+            seen.sent - taken_ns_ > second)
+            violated("the box waits for an alarm of the NC, which its file does not read");
         if (block.mode == fakeplc::box_mode::fault) {
             if (!in_fault_ || exact_) since_ns_ = seen.sent - 4 * facts.period_us * us;
             in_fault_ = true;
@@ -294,7 +298,7 @@ class reset_invariant : public invariant {
     bool exact_, in_fault_ = false, was_set_ = false;
     unsigned reason_ = 0;  // of the newest FAULT
     int alarms_ = 0;       // readings in a row with an alarm of the NC
-    time_ns newest_ns_ = 0, since_ns_ = 0, edge_ns_ = -never / 2;
+    time_ns newest_ns_ = 0, since_ns_ = 0, edge_ns_ = -never / 2, taken_ns_ = -never / 2;
 };
 
 // What the status says is what the outputs do (docs/faults.md, "Modes").

@@ -85,7 +85,8 @@ class shown_invariant : public invariant {
     void keep(const std::string &signal, double value) {
         std::deque<given> &values = values_[signal];
         values.push_back({of_.time.now(), value});
-        while (values.front().at < of_.time.now() - longest) values.pop_front();
+        // The one before is in use until the next one comes, be it long after.
+        while (values.size() > 1 && values[1].at < of_.time.now() - longest) values.pop_front();
     }
     // A measurement by hand stays until the next one, which takes some seconds to come.
     bool was_heard(const std::string &signal) const {

@@ -1288,6 +1288,8 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
+    // The NC is not asked any more.
+    if (dice(of.twin.seed + revision, "handshake").one_in(4)) root["plc"].erase("handshake");
     // Nothing doubts a sensor any more.
     if (dice(of.twin.seed + revision, "sensors").one_in(4)) root.erase("sensors");
     if (root.contains("pairs") && own.one_in(12)) root.erase("pairs");

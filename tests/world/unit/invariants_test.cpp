@@ -110,6 +110,8 @@ const edge edges[] = {
     {"events", 2119, 2500, "tear,twice,enable,power_cut,restart,state,stall,can", nullptr},
     // No source has given a value since the power came back.
     {"snapshot", 829, 2500, "power_cut,reload", nullptr},
+    // A module that was silent for a minute: what it gave before is in a file of the moment before.
+    {"snapshot", 2900061, 2500, "reload,sensors", nullptr},
     // A speed of 60 m/min has its limit within the rounding of a larger number.
     {"counters", 1105, 2500, "sensors", nullptr},
     // A position that is no number for two seconds leaves a product where it was.
