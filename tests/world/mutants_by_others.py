@@ -2145,4 +2145,133 @@ DEFECTS_BY_OTHERS = [
       "    tick->worst_ns = now_ns > due_ns ? now_ns - due_ns : 0;\n",
       "    int64_t now_ns = cb_clock_ns(tick->clock);\n"
       "    tick->worst_ns = 0;\n")),
+    ("other-limited-step-narrows-as-a-whole-one",
+     "A probe whose step step_max_um has cut narrows the covariance as if the whole step had been taken: sigma "
+     "in record and snapshot is too small, and the next probes of a model that is far off are outside of the "
+     "gate and asked for again instead of being taken",
+     ("models/adapt.c",
+      "    const float weight = part * (2.0f - part);\n",
+      "    const float weight = 2.0f - part;\n")),
+    ("other-linear-path-without-its-centre",
+     "Folding a network forgets the input centres in the path beside the hidden layer: with linear_weights and "
+     "an input_center that is not 0 the outputs are off by a constant",
+     ("models/bpnet.c",
+      "        linear[j] = source->linear_weights[k * source->inputs + j] * n_scale;\n"
+      "        bias = add_product(bias, -linear[j], source->input_offset[j]);\n",
+      "        linear[j] = source->linear_weights[k * source->inputs + j] * n_scale;\n")),
+    ("other-slope-beyond-the-end-of-a-curve",
+     "Beyond the range of a curve the value is held but the slope of its end is still given: the tangent "
+     "register makes the control go on along a line that the model does not have",
+     ("models/ppoly.c",
+      "    const struct cb_curve_value result = {value, outside ? 0.0f : slope, outside};\n",
+      "    const struct cb_curve_value result = {value, slope, outside};\n")),
+    ("other-blending-slope-without-a-reversal",
+     "The slope of the blend between both branches is added also when the reversal is complete: with a backward "
+     "branch the tangent is wrong all the time by the lost motion over reversal_mm",
+     ("models/direction.c",
+      "    const float blending = b > -1.0f && b < 1.0f ?",
+      "    const float blending = b >= -1.0f && b <= 1.0f ?")),
+    ("other-carry-of-an-output-that-was-stopped",
+     "The rest of the way is carried on also when a bound has stopped the output, not only within one unit: "
+     "behind writes without a reply, or in a pair whose other motor waits, the carry has grown, and the output "
+     "overshoots its target or moves on in HOLD",
+     (BOX + "limiter.c",
+      "    return cb_abs(rest_um) < unit_um ? rest_um : 0.0f;\n",
+      "    return unit_um > 0.0f ? rest_um : 0.0f;\n")),
+    ("other-end-of-a-handshake-counts-too",
+     "The change of the handshake's channel back to 0 counts as another handshake: the counter has twice the "
+     "number of transfers to the NC",
+     (BOX + "plc.c",
+      "    const bool another = (word & CB_HANDSHAKE_CHANNEL) && (changed & CB_HANDSHAKE_CHANNEL);\n",
+      "    const bool another = (changed & CB_HANDSHAKE_CHANNEL) != 0;\n")),
+    ("other-doubted-sensor-behind-a-lag-has-no-name",
+     "The cause of DEGRADED looks for doubted sensors among the term's own signals only: if the term follows "
+     "the sensor by a lag, the detail word, the log and the statistics name the faded term instead of the "
+     "sensor that the others contradict",
+     (BOX + "cause.c",
+      "        const uint8_t index = source_of(box, signals[k]);\n",
+      "        const uint8_t index = signals[k];\n")),
+    ("other-reset-during-the-nc-alarm",
+     "A fault by an alarm of the NC can be reset while the alarm is still there: the mode leaves FAULT for "
+     "STANDBY or RAMP although its reason has not gone",
+     (BOX + "mode.c",
+      "                      !(state->reason == CB_REASON_FOREIGN && e->foreign) &&\n"
+      "                      !(state->reason == CB_REASON_NC_ALARM && e->nc_alarm);\n",
+      "                      !(state->reason == CB_REASON_FOREIGN && e->foreign);\n")),
+    ("other-alarm-outlives-its-handshake",
+     "A reload keeps the alarm of the NC also if the new file has no handshake register any more: nothing ever "
+     "clears it, and the box waits in STANDBY or FAULT for an alarm that it does not read",
+     (BOX + "adopt.c",
+      "    if (!fresh->config.plc.has_handshake) fresh->plc.nc_alarm = false;\n",
+      "")),
+    ("other-stopped-before-a-late-write",
+     "A confirmed write of zeros counts as certain zero although an earlier write without a reply may still "
+     "take effect: at a stop STOPPED comes at once, and the program ends with exit code 0 while the PLC may yet "
+     "take an old offset",
+     (BOX + "box.c",
+      "    box->life.zero_written = cb_channels_hold_zero(&box->config, box->channels);\n",
+      "    box->life.zero_written = cb_channels_all_zero(&box->config, box->channels);\n")),
+    ("other-longer-reply-is-taken",
+     "A reply to a reading that is longer than its byte count is accepted: a damaged or odd reply of a PLC "
+     "passes for a valid one, and odd_replies and invalid_replies stay 0",
+     ("firmware/wire/modbus.c",
+      "    return length == 2 + bytes && pdu[1] == bytes;\n",
+      "    return length >= 2 + bytes && pdu[1] == bytes;\n")),
+    ("other-rtu-write-without-reply-was-not-sent",
+     "On a serial line a request without a reply keeps the outcome FAILED: the value of such a write is not "
+     "among those that the PLC may hold, later outputs may be further from it than the slew rate allows, and "
+     "the statistics count it under writes_failed",
+     ("firmware/wire/rtu_dialog.c",
+      "    ++dialog->requests;\n"
+      "    dialog->outcome = CB_TRANSFER_UNKNOWN;\n",
+      "    ++dialog->requests;\n")),
+    ("other-counter-at-the-end-of-the-other-block",
+     "The second block counter of the read block is reserved at the length of the write block: if the blocks "
+     "differ in length, a file whose signal lies on the counter is accepted, and one with a signal at the other "
+     "place is refused",
+     ("firmware/load/registers.c",
+      "        loader->scratch->read_user[plc->read.count - 1] = CB_USER_COUNTER;\n",
+      "        loader->scratch->read_user[plc->write.count - 1] = CB_USER_COUNTER;\n")),
+    ("other-slow-bus-goes-stale-between-readings",
+     "The default maximum age of a bus signal is shortened to three readings instead of lengthened: "
+     "thermometers that are read every few seconds are stale between two readings, and their terms fade and "
+     "return",
+     ("firmware/load/signals.c",
+      "    if (slots[MAX_AGE] == CB_ABSENT && signal->max_age_ms < three_readings_ms)\n",
+      "    if (slots[MAX_AGE] == CB_ABSENT && signal->max_age_ms > three_readings_ms)\n")),
+    ("other-watchdog-stays-armed-at-the-end",
+     "The hardware watchdog is closed without the byte that disarms it: after a clean stop the machine is reset "
+     "some seconds later",
+     (DAEMON + "supervise.c",
+      "    write_byte(supervise->watchdog_fd, 'V'); /* the device's command for an intended close */\n",
+      "")),
+    ("other-can-bus-of-a-new-file-is-unknown",
+     "Whether the file uses CAN is found out at the start only: after a reload that brings the first CAN "
+     "signals the statistics have no member can, and the next reload gets no new filters, so its new CAN "
+     "signals are never received",
+     (DAEMON + "main.c",
+      "    daemon->stats.run.can_used = cb_can_source_used(&daemon->loop.target.can);\n"
+      "    cb_row_files_follow(",
+      "    cb_row_files_follow(")),
+    ("other-refused-function-for-ever",
+     "A function that the PLC has once refused stays refused although it answers later: refused_functions in "
+     "the statistics and the status line of systemd go on about a limitation that was removed",
+     (LINUX + "peer.c",
+      "        peer->refused_functions |= bit;\n"
+      "    else if (exception == 0)\n"
+      "        peer->refused_functions &= ~bit;\n",
+      "        peer->refused_functions |= bit;\n")),
+    ("other-queue-overflows-add-up",
+     "The kernel's total of lost CAN frames is added with every frame, because the last total is not kept: "
+     "after one overflow queue_overflows grows without end, and the log reports errors every second",
+     (LINUX + "can.c",
+      "            can->lost_in_queue = lost;\n",
+      "")),
+    ("other-probes-from-the-future",
+     "A pause below zero is taken as it is for the probes in the state file: after a start with the wall clock "
+     "set back neither the pause nor the time until the next probe adds to their covariance, so sigma is too "
+     "small and the first probe may be asked for again as an outlier",
+     (OUTPUT + "state.c",
+      "        if (pause_us < 0) pause_us = CB_STATE_UNKNOWN_US;\n",
+      "")),
 ]
