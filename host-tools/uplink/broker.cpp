@@ -28,6 +28,14 @@ std::string words_of(int result) {
 }  // namespace
 
 struct broker::inside {
+    inside() { mosquitto_lib_init(); }
+    ~inside() {
+        if (client != nullptr) mosquitto_destroy(client);
+        mosquitto_lib_cleanup();
+    }
+    inside(const inside &) = delete;
+    inside &operator=(const inside &) = delete;
+
     broker_settings settings;
     mosquitto *client = nullptr;
     std::thread thread;       // connects, and runs the callbacks
@@ -122,7 +130,6 @@ struct broker::inside {
 };
 
 broker::broker(const broker_settings &settings) : is_(std::make_unique<inside>()) {
-    mosquitto_lib_init();
     is_->settings = settings;
     is_->client = mosquitto_new(nullptr, true, is_.get());
     if (is_->client == nullptr) throw std::bad_alloc();
@@ -142,8 +149,6 @@ broker::~broker() {
     is_->stops.notify_one();
     mosquitto_disconnect(is_->client);
     is_->thread.join();
-    mosquitto_destroy(is_->client);
-    mosquitto_lib_cleanup();
 }
 
 unsigned broker::connection() const {

@@ -228,6 +228,9 @@ class step_invariant : public invariant {
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
         if (author.revision != facts.revision) return started();
+        // Behind an outage the outputs are placed anew, two motors of a pair together.
+        const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
+        if (2 * gap_ns > 3 * facts.period_us * us) before_.reset();
         const written_block &block = block_of(facts, seen);
         for (std::size_t c = 0; before_ && c < block.um.size(); ++c)
             if (facts.channels[c].has_applied) judge(facts, c, block);
@@ -260,6 +263,7 @@ class step_invariant : public invariant {
 
     static constexpr std::size_t remembered = 3;
     bool judged_;
+    time_ns sent_ns_ = 0;  // the newest write
     std::optional<written_block> before_;
     std::deque<std::vector<double>> shown_;  // applied, of each channel, in the newest readings
 };

@@ -154,7 +154,7 @@ class permission_invariant : public invariant {
     void started() override {
         // A daemon that wrote nothing leaves the PLC as the one before it did.
         was_stopped_ = contact_ ? mode_ == fakeplc::box_mode::stopped : was_stopped_;
-        contact_ = start_known_ = false;
+        contact_ = start_known_ = refuses_ = false;
         writes_ = 0;
         mode_ = fakeplc::box_mode::standby;
     }
@@ -165,6 +165,9 @@ class permission_invariant : public invariant {
             lost_ = !trusted();
             start_known_ = was_stopped_ && !hides_start();
         }
+        // Writes that are refused again and again are a loss.
+        refuses_ = refuses_ || (seen.function != 3 && seen.exception != 0);
+        start_known_ = start_known_ && !refuses_;
         if (!seen.written.empty() && seen.sent >= newest_ns_) judge(of_.author_of(seen), seen);
         if (is_reading(facts, seen)) take(facts, seen);
     }
@@ -238,6 +241,7 @@ class permission_invariant : public invariant {
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2, lost_ns_ = -never / 2;
     bool lost_ = false, contact_ = false, was_stopped_ = false;
+    bool refuses_ = false;  // a write of this daemon
     static constexpr int first_writes = 10;
     int writes_ = 0;                              // of this daemon
     bool start_known_ = false;                    // whether something was lost before this start

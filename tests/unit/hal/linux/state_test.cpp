@@ -150,7 +150,7 @@ TEST_F(state_file, has_what_probes_adapted) {
         again.out = {};
         cb_state_give(&state, again.box.get());
         EXPECT_EQ(again.state().filter.bias_um, before.bias_um);
-        again.in.registers[14] = 9;
+        again.in.registers[14] = again.count = 9;
         again.step();
         EXPECT_NEAR(again.y(), 23, 0.2);
         EXPECT_EQ(again.state().taken, 1u);
