@@ -10,8 +10,7 @@
  * likelihood ratio).
  *
  * A doubted or stale sensor takes the value that the others predict (one step of Gauss-Seidel a
- * second on P d = 0), so that it accuses no other one. The lags of a doubted one follow that, too.
- */
+ * second on P d = 0), so that it accuses no other one. Lags of a doubted one follow it too. */
 #ifndef COMPBOX_FIRMWARE_SIGNALS_SENSORS_H
 #define COMPBOX_FIRMWARE_SIGNALS_SENSORS_H
 

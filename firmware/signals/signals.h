@@ -28,8 +28,7 @@ struct cb_signal_state {
     uint8_t refusal;   /* enum cb_cause_kind: reason for the last rejection; NONE: accepted */
     float refused;     /* the rejected number, unit of the signal */
     uint32_t implausible, stale; /* its share of samples_implausible and signals_stale */
-    float expected; /* of a doubted one: its value as the other sensors predict it, within its range
-                     */
+    float expected;              /* of a doubted one, by the other sensors, within its range */
 };
 
 /* out: the value that its lags follow. What a doubted sensor reads would stay in them for hours

@@ -133,6 +133,12 @@ double applied_in(const machine &of, std::size_t c, const exchange &seen) {
            number_in(channel.format, *channel.applied_address, seen.read, of.map.read.start);
 }
 
+std::vector<double> all_applied_in(const machine &of, const exchange &seen) {
+    std::vector<double> all;
+    for (std::size_t c = 0; c < of.channels.size(); ++c) all.push_back(applied_in(of, c, seen));
+    return all;
+}
+
 bool draws(const run &of, fault_kind kind) {
     return of.options.faults.count(kind) > 0;
 }

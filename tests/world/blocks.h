@@ -87,6 +87,7 @@ double at_a_limit(double value);
 
 // out: what the PLC applies to a channel by a reading, in µm; NaN: it does not say
 double applied_in(const machine &of, std::size_t channel, const exchange &seen);
+std::vector<double> all_applied_in(const machine &of, const exchange &seen);  // by channel
 
 // The longest time from a step of the box to the sending of what it made, by the faults of the run:
 // 0 if no fault makes calls or threads slow, `never` if one of them has no bound.

@@ -239,10 +239,7 @@ class step_invariant : public invariant {
 
   private:
     void remember(const machine &facts, const exchange &seen) {
-        std::vector<double> now;
-        for (std::size_t c = 0; c < facts.channels.size(); ++c)
-            now.push_back(applied_in(facts, c, seen));
-        shown_.push_back(std::move(now));
+        shown_.push_back(all_applied_in(facts, seen));
         if (shown_.size() > remembered) shown_.pop_front();
     }
     // Which reading the box had is not known: all of the newest ones have to say it.
@@ -387,9 +384,7 @@ class outage_invariant : public invariant {
         restarted_ = restarted_ || (beats_ && behind < 0x7FFF);
         beat_ = beat;
         beats_ = true;
-        applied_um_.clear();
-        for (std::size_t c = 0; c < facts.channels.size(); ++c)
-            applied_um_.push_back(applied_in(facts, c, seen));
+        applied_um_ = all_applied_in(facts, seen);
     }
     void find(const machine &facts, const exchange &seen, bool lost) {
         found_ = lost && compares_ && seen.duration != never ? found::block : found::nothing;

@@ -35,9 +35,10 @@ class doubts_invariant : public invariant {
         const nlohmann::json &sensors = root.at("sensors").at("signals");
         for (const auto &signal : root.at("signals")) {
             signals_.push_back(signal.at("name"));
-            if (std::count(sensors.begin(), sensors.end(), signal.value("lag_of", "")) > 0 &&
-                signal.value("power", 1) == 1)
-                lags_[signals_.back()] = signal.at("lag_of");
+            const auto source =
+                std::find(sensors.begin(), sensors.end(), signal.value("lag_of", ""));
+            if (source != sensors.end() && signal.value("power", 1) == 1)
+                lags_[signals_.back()] = static_cast<std::size_t>(source - sensors.begin());
         }
     }
     void started() override {
@@ -111,11 +112,9 @@ class doubts_invariant : public invariant {
     }
     // What the lags of doubted sensors were in the newest time.
     void keep_lags() {
-        const sensor_watch &watch = *box_->watch();
-        for (const auto &[lag, of] : lags_) {
-            const auto place = std::find(watch.names().begin(), watch.names().end(), of);
+        for (const auto &[lag, source] : lags_) {
             std::deque<lag_value> &past = past_[lag];
-            if (!watch.doubts(static_cast<std::size_t>(place - watch.names().begin())))
+            if (!box_->watch()->doubts(source))
                 past.clear();
             else
                 past.push_back({of_.time.now(), box_->lag_of(lag)});
@@ -144,9 +143,10 @@ class doubts_invariant : public invariant {
     }
 
     std::optional<reference_box> box_;
-    std::vector<std::string> signals_;         // in the order of the file
-    bool reads_ = false;                       // the newest reading came whole
-    std::map<std::string, std::string> lags_;  // of sensors that check each other: their source
+    std::vector<std::string> signals_;  // in the order of the file
+    bool reads_ = false;                // the newest reading came whole
+    std::map<std::string, std::size_t>
+        lags_;  // of sensors that check each other: the place of each
     struct lag_value {
         time_ns at_ns;
         judged_number is;

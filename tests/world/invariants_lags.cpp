@@ -247,11 +247,10 @@ class lags_invariant : public invariant {
     // What the source of a signal gave; a lag stays between that and where it is.
     interval range_of(const std::string &source_name) {
         interval all = given_[source_name].within(of_.time.now());
-        const json &file = of_.running().file();
         if (const signal_facts *facts = of_.running().signal(source_name);
             facts != nullptr && may_be_doubted(of_, source_name))
             all.take(interval{facts->min, facts->max});
-        for (const json &signal : file.at("signals")) {
+        for (const json &signal : of_.running().file().at("signals")) {
             if (signal.at("name") != source_name || !signal.contains("lag_of")) continue;
             const interval source = given_[signal.at("lag_of")].within(of_.time.now());
             if (!source.is_none()) all.take(to_the(source, signal.value("power", 1U)));

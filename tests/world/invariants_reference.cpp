@@ -57,9 +57,7 @@ class reference_invariant : public invariant {
         box_->read(facts, seen, seen.sent);
         read_ns_ = seen.sent;
         ++readings_;
-        applied_um_.clear();
-        for (std::size_t c = 0; c < facts.channels.size(); ++c)
-            applied_um_.push_back(applied_in(facts, c, seen));
+        applied_um_ = all_applied_in(facts, seen);
     }
 
   private:
