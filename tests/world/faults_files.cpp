@@ -131,7 +131,7 @@ void fault_injector::spoil_key(dice &own) {
 // Nothing says of what machine the file of a start has to be.
 bool fault_injector::starts() const {
     return has(fault_kind::kill) || has(fault_kind::power_cut) || has(fault_kind::restart) ||
-           has(fault_kind::memory);
+           has(fault_kind::memory) || has(fault_kind::state);
 }
 
 // For a while there is no regular file, or a link to one.

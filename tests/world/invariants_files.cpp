@@ -504,7 +504,9 @@ class record_invariant : public invariant {
         had_rows_ = std::exchange(record_, file) == file && file != nullptr && has_row(*file);
     }
     static bool has_row(const node &file) {
-        return std::count(file.bytes.begin(), file.bytes.end(), '\n') >= 2;
+        const auto head = std::find(file.bytes.begin(), file.bytes.end(), '\n');
+        return head != file.bytes.end() &&
+               std::find(head + 1, file.bytes.end(), '\n') != file.bytes.end();
     }
     void judge_durable() {
         const auto file = of_.box.files.find(run::record_path, false);

@@ -117,6 +117,10 @@ double volumetric::um(std::size_t axis, const std::array<double, 3> &at_mm, cons
     return e_um[axis];
 }
 
+double power_of(double x, unsigned power) {
+    return power == 0 ? 1 : x * power_of(x, power - 1);
+}
+
 // By de Boor's recursion.
 double bspline_at(const numbers &knots, std::size_t degree, const numbers &points, double x) {
     if (std::isnan(x)) return unknown;
@@ -321,10 +325,9 @@ reference_box::function reference_box::bank_of(const json &bank, std::size_t k) 
     return [columns, inputs, ranges, bias = bank.at("bias")[k].get<double>()](const values &at) {
         double sum = bias, weight = 1;
         for (const column &one : columns)
-            sum +=
-                one.weight * std::pow(one.range.held(at[one.place]), static_cast<int>(one.power));
+            sum += one.weight * power_of(one.range.held(at[one.place]), one.power);
         for (std::size_t i = 0; i < inputs.size(); ++i)
-            weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
+            weight = std::min(ranges[i].weight(at[inputs[i]]), weight);  // NaN stays
         return sum * weight;
     };
 }
@@ -349,7 +352,7 @@ reference_box::function reference_box::network_of(const json &net, std::size_t k
         for (std::size_t i = 0; i < inputs.size(); ++i) {
             n.push_back((ranges[i].held(at[inputs[i]]) - center[i]) / scale[i]);
             sum += beside[i] * n[i];
-            weight = std::min(weight, ranges[i].weight(at[inputs[i]]));
+            weight = std::min(ranges[i].weight(at[inputs[i]]), weight);  // NaN stays
         }
         for (std::size_t h = 0; h < rows.size(); ++h) {
             double s = biases[h];
@@ -569,13 +572,13 @@ void reference_box::follow() {
         if (!of.known || (one.known && of.at_ns == one.at_ns)) continue;
         const judged_number input = input_of(of);
         const double held = std::clamp(input.value, one.min, one.max);
-        const double u = std::pow(held, static_cast<int>(one.power));
+        const double u = power_of(held, one.power);
         const double doubt = one.power == 1 ? input.near : 2 * std::fabs(of.max) * input.near;
         one.before = one.known ? one.y : u;
         if (!one.known) {
             one.y = u;
             const double largest = std::max(std::fabs(of.max), std::fabs(of.min));
-            one.near = has_state_ ? 2 * std::pow(largest, static_cast<int>(one.power)) : 0;
+            one.near = has_state_ ? 2 * power_of(largest, one.power) : 0;
         } else {
             const double dt_s = seconds_of(of.at_ns - one.at_ns);
             const double gain = -std::expm1(-dt_s / one.tau_s);
@@ -723,6 +726,11 @@ double reference_box::most_change(double value, const Value &value_at) const {
     for (std::size_t i = 0; i < at.size(); ++i) {
         if (!(unsure_[i] > 0) || std::isnan(at[i])) continue;
         const double there = at[i];
+        at[i] = unknown;
+        if (!std::isnan(value_at(at))) {  // it does not depend on it
+            at[i] = there;
+            continue;
+        }
         double low = there - unsure_[i], high = there + unsure_[i], most = 0;
         if (i < signals_.size()) {  // the box holds it inside of its range
             low = std::clamp(signals_[i].min, low, there);

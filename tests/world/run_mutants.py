@@ -4,17 +4,19 @@
 test uses. A mutant is found by a run that violates an invariant where the program without a mutant, with the same
 seed, cycles and faults, violates none.
   run_mutants.py ROOT [--seconds S] [--jobs J] [--first SEED] [--build-only] [--write FILE] [--missed] [--replay]
-                 [--update] [NAME…]
---seconds: processor time for each mutant, 600. NAME: a part of a mutant's name. --write: keeps a table of the results
-in this page, behind its line TABLE. --missed: those that the page does not list as found. --replay: no search, the
-run that the page lists. --update: that run, and a search where it shows nothing, or the page lists none. Exit code 1
-when a mutant is missed, or does not compile."""
+                 [--update] [--defects FILE] [--faults KINDS] [NAME…]
+--seconds: processor time for each mutant, 600. NAME: a part of a mutant's name. --defects: other mutants than those of
+mutants.py, a Python file with the same form, in DEFECTS. --faults: these kinds alone, as for scripts/simulate. --write:
+keeps a table of the results in this page, behind its line TABLE. --missed: those that the page does not list as found.
+--replay: no search, the run that the page lists. --update: that run, and a search where it shows nothing, or the page
+lists none. Exit code 1 when a mutant is missed, or does not compile."""
 import argparse
 import concurrent.futures
 import dataclasses
 import os
 import pathlib
 import re
+import runpy
 import shutil
 import signal
 import subprocess
@@ -118,11 +120,12 @@ def look(program, unchanged, run, last):
     return found
 
 
-def search(program, unchanged, first, most_s):
-    """out: the first violation by the rounds, or none in most_s of processor time"""
-    seconds, seed = 0.0, first
+def search(program, unchanged, with_):
+    """out: the first violation by the rounds, or none in their processor time"""
+    seconds, seed, most_s = 0.0, with_.first, with_.seconds
     while seconds < most_s:
-        for faults, cycles, seeds in ROUNDS:
+        for kinds, cycles, seeds in ROUNDS:
+            faults = with_.faults or kinds
             found = look(program, unchanged, Run(seed, cycles, faults), seed + seeds - 1)
             seed += seeds
             seconds += found.seconds
@@ -211,13 +214,16 @@ def options():
     parser.add_argument("--missed", action="store_true")
     parser.add_argument("--replay", action="store_true")
     parser.add_argument("--update", action="store_true")
+    parser.add_argument("--defects", type=pathlib.Path)
+    parser.add_argument("--faults")
     parser.add_argument("names", nargs="*")
     return parser.parse_intermixed_args()
 
 
 def chosen_by(with_, page):
     """out: the mutants to plant"""
-    named = [m for m in mutants.MUTANTS if not with_.names or any(word in m[0] for word in with_.names)]
+    listed = runpy.run_path(str(with_.defects))["DEFECTS"] if with_.defects else mutants.MUTANTS
+    named = [m for m in listed if not with_.names or any(word in m[0] for word in with_.names)]
     if with_.missed:
         return [m for m in named if not page.is_found(m[0])]
     return [m for m in named if page.is_found(m[0])] if with_.replay else named
@@ -239,7 +245,7 @@ def main():
             outcome = look(program, unchanged, known.run, known.run.seed)
             outcome.seconds = known.seconds if with_.update else outcome.seconds
         if not outcome.invariant and not with_.replay:
-            outcome = search(program, unchanged, with_.first, with_.seconds)
+            outcome = search(program, unchanged, with_)
         if not with_.replay:
             page.note(name, outcome)
         missed.extend([] if outcome.invariant else [name])
