@@ -917,6 +917,15 @@ struct draft {
         made.module_delay_ns = longest_ms * ms * 9 / 10;
     }
 
+    // Likewise: modules that are read every few seconds, whose values last for three readings.
+    void draw_rare_readings() {
+        dice own(made.twin.seed, "rare readings");
+        if (!root.contains("buses") || !own.one_in(3)) return;
+        root["buses"][0]["every_ms"] = 1000 + own.below(4000);
+        for (json &signal : root["signals"])
+            if (signal.contains("bus")) signal.erase("max_age_ms");
+    }
+
     // Likewise: slower and faster lines, and other parities.
     void draw_lines() {
         dice own(made.twin.seed, "lines");
@@ -1057,6 +1066,20 @@ struct draft {
     }
 };
 
+// Of the defaults that docs/coefficient-file.md states.
+signal_facts facts_of_signal(const json &root, const json &entry, std::int64_t period_us) {
+    const std::string unit = entry.value("unit", "");
+    double age_ms = entry.contains("plc") ? 3e-3 * static_cast<double>(period_us) : 2000.0;
+    if (entry.contains("bus"))  // there is one
+        age_ms = std::max(age_ms, 3 * root.at("buses").at(0).at("every_ms").get<double>());
+    return {entry.at("name"),
+            entry.value("essential", unit == "mm" || unit == "deg"),
+            std::llround(1000 * entry.value("max_age_ms", age_ms)),
+            entry.value("min", 0.0),
+            entry.value("max", 0.0),
+            entry.contains("lag_of")};
+}
+
 }  // namespace
 
 machine random_machine(dice &chance, unsigned revision) {
@@ -1085,6 +1108,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_orders();
     file.draw_lines();
     file.draw_slow_modules();
+    file.draw_rare_readings();
     file.draw_hand();
     file.draw_velocities();
     file.draw_redundant();
@@ -1098,6 +1122,8 @@ machine random_machine(dice &chance, unsigned revision) {
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
     made.map = fakeplc::register_map_of(file.root, "coefficients.json");
+    for (const json &entry : file.root["signals"])
+        made.signals.push_back(facts_of_signal(file.root, entry, made.period_us));
     return made;
 }
 
@@ -1131,18 +1157,6 @@ channel_facts facts_of_channel(const json &entry) {
     facts.slope_slew_per_s = tangent.at("slope_slew_per_s");
     facts.slope_unit = tangent.value("slope_scale", 1.0);
     return facts;
-}
-
-// Of the defaults that docs/coefficient-file.md states.
-signal_facts facts_of_signal(const json &entry, std::int64_t period_us) {
-    const std::string unit = entry.value("unit", "");
-    const double age_ms = entry.contains("plc") ? 3e-3 * static_cast<double>(period_us) : 2000.0;
-    return {entry.at("name"),
-            entry.value("essential", unit == "mm" || unit == "deg"),
-            std::llround(1000 * entry.value("max_age_ms", age_ms)),
-            entry.value("min", 0.0),
-            entry.value("max", 0.0),
-            entry.contains("lag_of")};
 }
 
 pair_facts facts_of_pair(const machine &of, const json &entry) {
@@ -1194,7 +1208,7 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         made.heartbeat_timeout_us = std::llround(1000 * plc.value("heartbeat_timeout_ms", 200.0));
         made.signals.clear();
         for (const auto &entry : root.at("signals"))
-            made.signals.push_back(facts_of_signal(entry, made.period_us));
+            made.signals.push_back(facts_of_signal(root, entry, made.period_us));
     } catch (const std::exception &) {
         return std::nullopt;
     }

@@ -156,7 +156,7 @@ reference_box::reference_box(const machine &of) : period_ns_(of.period_us * us) 
     }
     counts_beats_ = line_s > 0;
     scan_s_ = of.twin.plc.scan_s;
-    take_signals(root);
+    take_signals(of);
     take_terms(root);
     for (const auto &channel : root.at("channels")) {
         sums_.emplace_back();
@@ -165,7 +165,8 @@ reference_box::reference_box(const machine &of) : period_ns_(of.period_us * us) 
     }
 }
 
-void reference_box::take_signals(const json &root) {
+void reference_box::take_signals(const machine &of) {
+    const json &root = of.file();
     for (const auto &entry : root.at("signals")) {
         signal made;
         made.name = entry.at("name");
@@ -178,8 +179,7 @@ void reference_box::take_signals(const json &root) {
         made.rate_per_s = entry.value("max_rate_per_s", 0.0);
         if (entry.value("type", "").rfind("float", 0) != 0)
             made.unit = std::fabs(entry.value("scale", 1.0));
-        const double age_ms = made.from_plc ? 3e-6 * static_cast<double>(period_ns_) : 2000.0;
-        made.max_age_ns = static_cast<time_ns>(1e6 * entry.value("max_age_ms", age_ms));
+        made.max_age_ns = of.signal(made.name)->max_age_us * us;
         signals_.push_back(made);
     }
     if (root.contains("sensors")) {
@@ -272,8 +272,8 @@ reference_box::function reference_box::play_of(const json &term) {
     const std::size_t b = hidden_place();
     const std::size_t axis = place_of(term.at("signal"));
     const double width = term.at("reversal_mm");
-    plays_.push_back({axis, b, width, term.at("name")});
     hidden_near_.back() += 5 * float_eps * signals_[axis].max / width;
+    plays_.push_back({axis, b, width, term.at("name"), hidden_near_.back()});
     return [forward = curve_of(term), backward = curve_of(back), b](const values &at) {
         return (1 + at[b]) / 2 * forward(at) + (1 - at[b]) / 2 * backward(at);
     };
@@ -374,8 +374,8 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
         const double tool_mm = made.tool.empty() ? 0 : at[tool];
         numbers found;
         for (const function &error : errors) found.push_back(error(at));
-        // With one of them missing, or the tool length, the box has none of its outputs.
-        if (std::isnan(tool_mm) ||
+        // With one of them missing, a position or the tool length, the box has none of its outputs.
+        if (std::isnan(tool_mm + at[places[0]] + at[places[1]] + at[places[2]]) ||
             std::any_of(found.begin(), found.end(), [](double um) { return std::isnan(um); }))
             return unknown;
         return made.um(along, {at[places[0]], at[places[1]], at[places[2]]}, found, tool_mm);
@@ -610,9 +610,13 @@ void reference_box::follow() {
     for (play &one : plays_) {
         const signal &of = signals_[one.of];
         double &b = hidden_[one.to - signals_.size()];
+        double &near = hidden_near_[one.to - signals_.size()];
         if (!of.known) continue;
         if (of.doubt > 0) knows_ = false;
-        b = one.known ? std::clamp(b + 2 * (of.value - one.x) / one.width, -1.0, 1.0) : 0;
+        const double moved = one.known ? b + 2 * (of.value - one.x) / one.width : 0;
+        // Behind a whole reversal it is exact, until the next one.
+        if (moved != b) near = std::fabs(moved) > 1 + one.near ? 0 : one.near;
+        b = std::clamp(moved, -1.0, 1.0);
         one.x = of.value;
         one.known = true;
     }

@@ -162,12 +162,13 @@ class reference_box {
         std::size_t of, to;
         double width;
         std::string key;  // likewise
+        double near;      // within a reversal
         double x = 0;
         bool known = false;
     };
     std::size_t hidden_place();
     std::size_t place_of(const std::string &name) const;
-    void take_signals(const nlohmann::json &root);
+    void take_signals(const machine &of);
     void take_terms(const nlohmann::json &root);
     function function_of(const nlohmann::json &term, std::size_t k);
     function curve_of(const nlohmann::json &curve) const;
