@@ -104,6 +104,8 @@ class can_socket : public open_file {
         queue_.push_back({frame, wall, lost_});
         return true;
     }
+    // out: its filters keep the frame away
+    bool ignores(const can_frame &frame) const { return bound_ && !wants(frame); }
     void fail(int error) { error_ = error; }
 
   private:
@@ -169,14 +171,17 @@ void can_bus::put(const can_frame &frame) {
     const bool hears = is_error || of_.time.now() >= on_the_bus_ns;
     if (state_ != interface_state::up || !hears) return;
     of_.hash.add(&frame, sizeof frame);
-    bool taken = false;
+    bool taken = false, ignored = false;
     if (is_error)
         for (can_node &node : nodes) node.waits = node.again = 0;
     for (const auto &one : sockets_) {
-        if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
+        if (const auto open = one.lock()) {
+            taken = open->take(frame, of_.wall()) || taken;
+            ignored = ignored || open->ignores(frame);
+        }
     }
     of_.changed();
-    if (!taken || !heard) return;
+    if (!(taken || ignored) || !heard) return;
     for (const can_node &node : nodes)
         if (node.has_sent(frame.can_id))
             heard(node.number, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));

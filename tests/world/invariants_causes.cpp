@@ -90,7 +90,10 @@ class causes_invariant : public invariant {
         if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
         if (judged_ && facts.map.detail && block.reason == box_reason::drifted)
             judge_drifted(facts, block.detail);
-        if (names_judged_ && facts.map.detail) judge_foreign(facts, block);
+        // Another device may have taken the first blocks of a fault, of other readings.
+        const time_ns apart_ns = seen.sent - std::exchange(block_ns_, seen.sent);
+        if (names_judged_ && facts.map.detail)
+            judge_foreign(facts, block, apart_ns <= 3 * facts.period_us * us);
         const unsigned detail =
             facts.map.detail && block.reason == box_reason::signal ? block.detail : 0;
         if (detail != detail_) since_ns_ = seen.sent;
@@ -105,11 +108,12 @@ class causes_invariant : public invariant {
                                  named_));
     }
     // The channel of a fault by a value of another client applies one beyond its error_um.
-    void judge_foreign(const machine &facts, const written_block &block) {
+    // in : follows: the block comes right behind the one before
+    void judge_foreign(const machine &facts, const written_block &block, bool follows) {
         const bool is_fault = block.mode == fakeplc::box_mode::fault;
         const bool was_fault = std::exchange(in_fault_, is_fault);
         const std::size_t place = block.detail & 0xFFu, kind = block.detail >> 8;
-        if (!is_fault || was_fault || kind != foreign || place == 0 ||
+        if (!follows || !is_fault || was_fault || kind != foreign || place == 0 ||
             place > facts.channels.size())
             return;
         const channel_facts &named = facts.channels[place - 1];
@@ -168,7 +172,8 @@ class causes_invariant : public invariant {
     std::map<std::string, time_ns> shown_;  // terms by the newest block about them
     static constexpr std::size_t most_readings = 4;
     std::deque<std::vector<double>> applied_um_;  // of the newest readings, by channel
-    bool in_fault_ = false;                       // by the newest block
+    bool in_fault_ = false;                       // by the newest block …
+    time_ns block_ns_ = 0;                        // … which was sent then
     unsigned detail_ = 0;
     time_ns since_ns_ = 0;                            // since then it is that one
     std::map<std::string, std::set<double>> bounds_;  // by name and property, of all files so far

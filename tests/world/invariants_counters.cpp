@@ -106,6 +106,10 @@ class counters_invariant : public invariant {
         judge_entries(box, "holds", fakeplc::box_mode::hold);
         judge_entries(box, "ramps", fakeplc::box_mode::ramp);
         judge_entries(box, "faults", fakeplc::box_mode::fault);
+        // Each sample has its signal, and none is later than now, be the wall clock set back.
+        if (counted(box, "samples_unknown") > 0 && !draws(of_, fault_kind::reload))
+            violated(fmt::format("{} samples are of no signal, or from the future",
+                                 counted(box, "samples_unknown")));
         if (alone_ && counted(box, "registers_foreign") > 0)
             violated(
                 fmt::format("{} registers are not as the box wrote them, and nobody else writes",
