@@ -203,6 +203,7 @@ long file_tree::write(node &file, const std::string &path, std::size_t at, const
     }
     std::memcpy(file.bytes.data() + at, bytes, count);
     file.dirty = true;
+    file.unchanged = std::min(file.unchanged, at);
     touch(file);
     if (written) written(path, file);
     return static_cast<long>(count);
@@ -213,6 +214,7 @@ int file_tree::truncate(node &file, std::size_t size) {
     used_ += static_cast<std::int64_t>(size) - static_cast<std::int64_t>(file.bytes.size());
     file.bytes.resize(size);
     file.dirty = true;
+    file.unchanged = std::min(file.unchanged, size);
     touch(file);
     return 0;
 }
@@ -220,6 +222,7 @@ int file_tree::truncate(node &file, std::size_t size) {
 void file_tree::sync(node &file) {
     file.durable = file.bytes;
     file.dirty = false;
+    file.unchanged = file.bytes.size();
 }
 
 void file_tree::sync_names(const std::string &folder) {
@@ -312,11 +315,10 @@ void file_tree::cut_power(dice &chance) {
             const std::string newest = file.bytes;
             file.bytes = file.durable;
             if (chance.one_in(2)) {
-                // What was synchronised stays where bytes were only appended.
-                const bool grew = newest.compare(0, file.durable.size(), file.durable) == 0;
-                const std::size_t least = grew ? file.durable.size() : 0;
+                // What was synchronised stays up to where it was cut or written anew.
                 const std::size_t kept =
-                    least + static_cast<std::size_t>(chance.below(newest.size() - least + 1));
+                    file.unchanged +
+                    static_cast<std::size_t>(chance.below(newest.size() - file.unchanged + 1));
                 file.bytes = newest.substr(0, kept);
                 if (chance.one_in(2)) file.bytes.resize(newest.size());
             }

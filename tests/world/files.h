@@ -22,9 +22,10 @@ struct node {
     node_kind kind = node_kind::regular;
     int number = 0;  // of the inode
     std::string bytes;
-    std::string durable;  // content after a power cut …
-    bool dirty = false;   // … unless some of what was written since then survives
-    std::string target;   // of a link
+    std::string durable;        // content after a power cut …
+    bool dirty = false;         // … unless some of what was written since then survives
+    std::size_t unchanged = 0;  // the first bytes, on the disk since before
+    std::string target;         // of a link
     unsigned owner = 1000, permissions = 0644;
     time_ns modified_ns = 0, changed_ns = 0;  // of the wall clock
     time_ns replaced_ns = 0;  // age of the link whose place a rename gave it; 0: none

@@ -1291,6 +1291,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             if (whole || key == std::string("error_um"))
                 channel[key] = rounded(1.05 * channel[key].get<double>());
     }
+    // A limit may be narrow, for example below the site's ceiling.
+    dice narrow(of.twin.seed + revision, "narrow");
+    if (narrow.one_in(8)) {
+        json &channel = root["channels"][narrow.below(root["channels"].size())];
+        channel["limit_um"] = rounded(narrow.between(0.1, 0.9) * channel["limit_um"].get<double>());
+    }
     if (of.profile.name != "fanuc" && own.one_in(6)) {  // which lowers a slew rate itself
         json &channel = root["channels"][own.below(root["channels"].size())];
         channel["slew_um_per_s"] = rounded(1.5 * channel["slew_um_per_s"].get<double>());
