@@ -24,7 +24,9 @@ using nlohmann::json;
 // No measurement counts twice.
 class adapted_invariant : public invariant {
   public:
-    explicit adapted_invariant(run &of) : invariant(of, "adapted") {
+    explicit adapted_invariant(run &of)
+        : invariant(of, "adapted"),
+          steps_on_(longest_lag(of) == 0 && !draws(of, fault_kind::suspend)) {
         // Another file may have other bounds, and a bit may flip in those of this one.
         if (draws_any(of, {fault_kind::hostile, fault_kind::memory})) return;
         const json &root = of.box_machine.file();
@@ -53,11 +55,18 @@ class adapted_invariant : public invariant {
         for (const fakeplc::shown_signal &signal : facts.map.signals) {
             if (signal.name != counter) continue;
             const auto count = static_cast<std::uint16_t>(signal_in(facts, signal, seen));
-            measured_ += static_cast<std::uint16_t>(count - std::exchange(count_, count));
+            const auto rise = static_cast<std::uint16_t>(count - std::exchange(count_, count));
+            if (!is_reference(facts, counter, seen.sent)) measured_ += rise;
         }
     }
 
   private:
+    // The box takes no measurement from the first count behind a time in which it had none.
+    bool is_reference(const machine &facts, const std::string &counter, time_ns sent) {
+        const time_ns without_ns = sent - std::exchange(read_ns_, sent);
+        return steps_on_ &&
+               without_ns > facts.signal(counter)->max_age_us * us + 3 * facts.period_us * us;
+    }
     // One term at most has a probe. A count that goes on is each number between, too.
     void judge_counts(const json &one) {
         if (draws_any(of_, {fault_kind::wire, fault_kind::line})) return;
@@ -106,6 +115,8 @@ class adapted_invariant : public invariant {
     }
 
     std::vector<json> adapts_;
+    bool steps_on_;  // the box makes each of its steps, whatever the PLC does
+    time_ns read_ns_ = 0;
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;

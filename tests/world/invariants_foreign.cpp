@@ -247,7 +247,10 @@ class refused_invariant : public invariant {
     void take_answer(const machine &facts, const exchange &seen) {
         const bool is_refusal = seen.exception != 0 && seen.function != 3;
         if (!seen.written.empty()) is_refused_ = false;
-        if (!is_refused_) refused_ns_ = 0;
+        // An accepted write of FAULT ends no time: the line about the mode may come behind it.
+        const bool ends = !seen.written.empty() &&
+                          block_of(of_.author_of(seen), seen).mode != fakeplc::box_mode::fault;
+        if (ends || (is_refusal && !is_refused_)) refused_ns_ = 0;
         if (!is_refusal && (seen.duration == never || !is_reading(facts, seen))) return;
         const time_ns pause_ns = seen.now - std::exchange(answered_ns_, seen.now);
         if (is_refused_ && pause_ns < 8 * facts.period_us * us) refused_ns_ += pause_ns;
