@@ -387,7 +387,8 @@ class progress_invariant : public invariant {
 
 // Without permission, and behind a lost contact that outlasts HOLD, outputs come nearer to zero, as
 // long as writes are confirmed. The write that may still take effect delays that for a while. A
-// control that takes small steps alone gets none while it applies another client's value.
+// control that takes small steps alone gets none while it applies another client's value, or
+// stands.
 class retreat_invariant : public invariant {
   public:
     explicit retreat_invariant(run &of)
@@ -397,7 +398,8 @@ class retreat_invariant : public invariant {
                                   fault_kind::partial, fault_kind::stray, fault_kind::boundary})) {
         const bool has_steps = of.box_machine.profile.name == "fanuc" ||
                                of.box_machine.text.find("max_step_units") != std::string::npos;
-        if (has_steps && draws(of, fault_kind::foreign)) judged_ = false;
+        if (has_steps && draws_any(of, {fault_kind::foreign, fault_kind::plc_stop}))
+            judged_ = false;
     }
     void started() override { waits_.clear(); }
     void exchanged(const exchange &seen) override {
