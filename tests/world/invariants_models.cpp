@@ -143,7 +143,8 @@ class models_invariant : public invariant {
     void take_file(json root) {
         root_ = std::move(root);
         for (const auto &signal : root_.at("signals")) {
-            if (signal.value("unit", "") == "mm") axes_.insert(signal.at("name"));
+            const std::string unit = signal.value("unit", "");
+            if (unit == "mm" || unit == "deg") axes_.insert(signal.at("name"));
         }
         const json &lead = root_.at("cycle").value("lead_ms", json(0));
         ahead_ns_ = (lead.is_string() ? most_measured_ms : lead.get<time_ns>()) * ms;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host-tools/formats/json_type.h"
@@ -494,13 +495,14 @@ struct draft {
 
     // Likewise: a control that takes small steps alone. A full way still has its time.
     void draw_largest_step() {
-        if (!is("fanuc")) return;
+        const bool is_needed = is("fanuc");
+        if (!is_needed && !dice(made.twin.seed, "other steps").one_in(6)) return;
         dice own(made.twin.seed, "largest steps");
         constexpr double most = 9998;
         double least = 5e6 / static_cast<double>(made.period_us);
         for (const channel_facts &channel : made.channels)
             least = std::max(least, 3 * channel.limit_um / channel.unit_um / longest_way_s);
-        made.step_units = most;
+        made.step_units = is_needed ? most : 0;
         if (!own.one_in(2) || least > most) return;
         made.step_units = std::floor(own.log_between(least, most));
         root["plc"]["max_step_units"] = std::llround(made.step_units);
@@ -988,6 +990,29 @@ struct draft {
         widen_block("read", read_next);
     }
 
+    // Likewise: an axis in degrees, where nothing needs millimetres.
+    void draw_rotary_axis() {
+        dice own(made.twin.seed, "rotary axis");
+        const std::string axis = own.one_of(axis_signals());
+        if (!own.one_in(3) || needs_millimetres(axis)) return;
+        for (json &signal : root["signals"]) {
+            const std::string unit = signal["unit"];
+            if (signal["name"] == axis || signal["name"] == "v" + axis)
+                signal["unit"] = "deg" + unit.substr(2);
+        }
+    }
+    // A tangent, and a direction of travel.
+    bool needs_millimetres(const std::string &axis) const {
+        const auto follows = [&axis](const json &channel) {
+            return channel.contains("tangent") && channel["tangent"]["signal"] == axis;
+        };
+        const auto has_direction = [&axis](const json &term) {
+            return term.contains("backward") && term["signal"] == axis;
+        };
+        return std::any_of(root["channels"].begin(), root["channels"].end(), follows) ||
+               std::any_of(root["terms"].begin(), root["terms"].end(), has_direction);
+    }
+
     // Likewise: thermometers of one place that check each other, and terms that use each of them.
     // They have a common temperature and an error of their own, and the section has the precision
     // of both.
@@ -1118,6 +1143,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_uneven_breaks();
     file.draw_followed_models();
     file.draw_curves_of_tangents();
+    file.draw_rotary_axis();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
     made.text = file.root.dump(1);
@@ -1308,6 +1334,8 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
+    // Without the key any step is allowed, or as many units as FANUC takes.
+    if (dice(of.twin.seed + revision, "step").one_in(4)) root["plc"].erase("max_step_units");
     // The NC is not asked any more.
     if (dice(of.twin.seed + revision, "handshake").one_in(4)) root["plc"].erase("handshake");
     // Nothing doubts a sensor any more.
@@ -1407,6 +1435,10 @@ bool is_wider(const machine &fresh, const machine &than) {
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;
     }
+    const auto largest_step = [](const machine &one) {
+        return one.step_units > 0 ? one.step_units : std::numeric_limits<double>::infinity();
+    };
+    if (largest_step(fresh) > largest_step(than)) return true;
     if (fresh.pairs.size() < than.pairs.size()) return true;
     for (std::size_t p = 0; p < than.pairs.size(); ++p)
         if (fresh.pairs[p].most_um > than.pairs[p].most_um) return true;
