@@ -48,11 +48,13 @@ class exit_invariant : public invariant {
         // Before it has blocked the signals of a stop, these end it at once.
         if (how.by_signal && how.code != 9 && !(at_start && (asked || how.code == 1)))
             violated(fmt::format("the daemon ended by signal {}", how.code));
-        const bool refused =
-            at_start && how.code == 1 && has_reason_ &&
-            draws_any(of_, {fault_kind::refuse, fault_kind::disk, fault_kind::hostile,
-                            fault_kind::reload, fault_kind::links, fault_kind::power_cut,
-                            fault_kind::kill, fault_kind::state});
+        // The first file is one that a box can run.
+        const bool spoils =
+            draws_any(of_, {fault_kind::refuse, fault_kind::disk, fault_kind::links,
+                            fault_kind::state}) ||
+            (of_.starts() > 1 && draws_any(of_, {fault_kind::hostile, fault_kind::reload,
+                                                 fault_kind::power_cut, fault_kind::kill}));
+        const bool refused = at_start && how.code == 1 && has_reason_ && spoils;
         if (!how.by_signal && !asked && !refused)
             violated(fmt::format("the daemon ended with {} by itself", how.code));
         if (!how.by_signal && how.code != 0 && of_.faults.count() == 0)

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host-tools/formats/json_type.h"
@@ -495,14 +494,13 @@ struct draft {
 
     // Likewise: a control that takes small steps alone. A full way still has its time.
     void draw_largest_step() {
-        const bool is_needed = is("fanuc");
-        if (!is_needed && !dice(made.twin.seed, "other steps").one_in(6)) return;
+        if (!is("fanuc")) return;
         dice own(made.twin.seed, "largest steps");
         constexpr double most = 9998;
         double least = 5e6 / static_cast<double>(made.period_us);
         for (const channel_facts &channel : made.channels)
             least = std::max(least, 3 * channel.limit_um / channel.unit_um / longest_way_s);
-        made.step_units = is_needed ? most : 0;
+        made.step_units = most;
         if (!own.one_in(2) || least > most) return;
         made.step_units = std::floor(own.log_between(least, most));
         root["plc"]["max_step_units"] = std::llround(made.step_units);
@@ -1334,7 +1332,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
-    // Without the key any step is allowed, or as many units as FANUC takes.
+    // Without the key a step has as many units as FANUC takes.
     if (dice(of.twin.seed + revision, "step").one_in(4)) root["plc"].erase("max_step_units");
     // The NC is not asked any more.
     if (dice(of.twin.seed + revision, "handshake").one_in(4)) root["plc"].erase("handshake");
@@ -1435,10 +1433,7 @@ bool is_wider(const machine &fresh, const machine &than) {
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
             return true;
     }
-    const auto largest_step = [](const machine &one) {
-        return one.step_units > 0 ? one.step_units : std::numeric_limits<double>::infinity();
-    };
-    if (largest_step(fresh) > largest_step(than)) return true;
+    if (fresh.step_units > than.step_units) return true;
     if (fresh.pairs.size() < than.pairs.size()) return true;
     for (std::size_t p = 0; p < than.pairs.size(); ++p)
         if (fresh.pairs[p].most_um > than.pairs[p].most_um) return true;
