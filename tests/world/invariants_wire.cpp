@@ -79,10 +79,19 @@ class account_invariant : public invariant {
         connections_ = of_.plc.connections_made();
         unheard_ = stopped_ = 0;
         readings_ = writes_ = 0;
+        silences_ = silent_ = 0;
+        answered_ = true;
+    }
+    void asked(const question &of) override {
+        if (of.on_line) return;
+        end_question();
+        if (of.first) silent_ = 0;
+        answered_ = false;
     }
     void exchanged(const exchange &seen) override {
         const bool own = !seen.written.empty() && seen.sent >= start_ns_;
         unheard_ += own && seen.duration == never;
+        answered_ = answered_ || seen.duration < surely_in_time;
         note_proof(seen);
     }
     void reply_torn(time_ns rest) override {
@@ -128,6 +137,20 @@ class account_invariant : public invariant {
                          fault_kind::refuse, fault_kind::twice, fault_kind::stray, fault_kind::mute,
                          fault_kind::hostile, fault_kind::reload, fault_kind::boundary});
     }
+    // Behind each third request in a row without a reply the connection is given up.
+    void end_question() {
+        silent_ = std::exchange(answered_, true) ? 0 : silent_ + 1;
+        if (silent_ < 3) return;
+        ++silences_;
+        silent_ = 0;
+    }
+    // out: the box takes each reply that was sent at once
+    bool hears_replies() const {
+        return longest_lag(of_) == 0 &&
+               !draws_any(of_, {fault_kind::wire, fault_kind::tear, fault_kind::partial,
+                                fault_kind::twice, fault_kind::stray, fault_kind::hostile,
+                                fault_kind::boundary, fault_kind::suspend});
+    }
     // Where nothing else ends it.
     void judge_connections() {
         const int made = of_.plc.connections_made() - connections_;
@@ -152,6 +175,12 @@ class account_invariant : public invariant {
         if (3 * given_up > failures)
             violated(fmt::format("{} connections are given up behind {} exchanges that failed",
                                  given_up, failures));
+        end_question();
+        if (hears_replies() && given_up > silences_ && plc.value("blocked", 0u) == 0)
+            violated(
+                fmt::format("{} connections are given up, and {} times three requests in a "
+                            "row had no reply",
+                            given_up, silences_));
         const auto lost = plc.value("closed_by_peer", std::uint64_t{0}) +
                           plc.value("socket_errors", std::uint64_t{0});
         if (lost > ended)
@@ -191,6 +220,10 @@ class account_invariant : public invariant {
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;
+    // Of this daemon: three requests in a row without a reply; those in a row now; the newest one.
+    static constexpr time_ns surely_in_time = ms;
+    std::uint64_t silences_ = 0, silent_ = 0;
+    bool answered_ = true;
     // Of the newest connection: its number, and what was answered on it.
     std::uint64_t attempt_ = 0, readings_ = 0, writes_ = 0;
 };
