@@ -61,6 +61,8 @@ constexpr std::pair<fault_kind, fault_kind> companions[] = {
     {fault_kind::clock, fault_kind::power_cut},
     {fault_kind::plc_stop, fault_kind::loss},
     {fault_kind::kill, fault_kind::restart},
+    {fault_kind::reload, fault_kind::sensors},
+    {fault_kind::foreign, fault_kind::exception},
 };
 
 void add_companions(fault_set &kinds, dice &chance) {
