@@ -177,6 +177,14 @@ class account_invariant : public invariant {
         if (3 * given_up > failures)
             violated(fmt::format("{} connections are given up behind {} exchanges that failed",
                                  given_up, failures));
+        // Bits flip now and then: of three failures in a row one is an invalid reply at most.
+        const auto invalid = plc.value("invalid_replies", std::uint64_t{0});
+        if (2 * given_up > failures - invalid &&
+            !draws_any(of_, {fault_kind::stray, fault_kind::mute}))
+            violated(
+                fmt::format("{} connections are given up behind {} invalid replies and {} "
+                            "other failures",
+                            given_up, invalid, failures - invalid));
         end_question();
         if (hears_replies() && given_up > silences_ && plc.value("blocked", 0u) == 0)
             violated(
