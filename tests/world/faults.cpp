@@ -35,9 +35,9 @@ fault_set every_kind() {
 // out: kinds that have much to show on this machine, the richest of them several times
 std::vector<fault_kind> rich_kinds(const machine &of) {
     std::vector<fault_kind> kinds = {
-        fault_kind::sensors,   fault_kind::reload,   fault_kind::enable, fault_kind::loss,
-        fault_kind::restart,   fault_kind::plc_stop, fault_kind::memory, fault_kind::disk,
-        fault_kind::exception, fault_kind::hostile,  fault_kind::mute,   fault_kind::foreign};
+        fault_kind::sensors, fault_kind::reload,    fault_kind::enable, fault_kind::loss,
+        fault_kind::restart, fault_kind::plc_stop,  fault_kind::kill,   fault_kind::disk,
+        fault_kind::mute,    fault_kind::exception, fault_kind::foreign};
     const auto add = [&kinds](fault_kind kind, bool has, std::size_t times) {
         kinds.insert(kinds.end(), has ? times : 0, kind);
     };
@@ -47,6 +47,7 @@ std::vector<fault_kind> rich_kinds(const machine &of) {
     add(fault_kind::foreign, !of.pairs.empty(), 1);
     add(fault_kind::sensors, !of.redundant.empty(), 2);
     add(fault_kind::sensors, of.twin.signals.size() > 2, 2);
+    add(fault_kind::restart, !of.map.probes.empty(), 2);
     return kinds;
 }
 
@@ -58,10 +59,8 @@ bool can_act_on(const machine &of, fault_kind kind) {
 
 // The second one shows most of what the first one does.
 constexpr std::pair<fault_kind, fault_kind> companions[] = {
-    {fault_kind::clock, fault_kind::power_cut},
-    {fault_kind::plc_stop, fault_kind::loss},
-    {fault_kind::kill, fault_kind::restart},
-    {fault_kind::reload, fault_kind::sensors},
+    {fault_kind::clock, fault_kind::power_cut},   {fault_kind::plc_stop, fault_kind::loss},
+    {fault_kind::kill, fault_kind::restart},      {fault_kind::reload, fault_kind::sensors},
     {fault_kind::foreign, fault_kind::exception},
 };
 
@@ -76,7 +75,7 @@ fault_set one_kind(dice &chance, const machine &of) {
     std::vector<fault_kind> acting;
     for (const fault_kind kind : every_kind())
         if (can_act_on(of, kind)) acting.push_back(kind);
-    fault_set kinds = {chance.one_of(acting)};
+    fault_set kinds = {chance.one_of(chance.one_in(2) ? acting : rich_kinds(of))};
     add_companions(kinds, chance);
     return kinds;
 }
