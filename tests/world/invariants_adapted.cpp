@@ -37,6 +37,7 @@ class adapted_invariant : public invariant {
         if (adapts_.empty()) return;
         for (const auto &term : adapts_) judge(term, snapshot.at("terms"));
         for (const auto &one : snapshot.value("adapted", json::array())) {
+            judge_bounds(one, of_.with_revision(snapshot.at("revision")));
             judge_counts(one);
             const bool fades = snapshot.value("reason", "").find("faded") != std::string::npos;
             const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !fades;
@@ -66,6 +67,19 @@ class adapted_invariant : public invariant {
         const time_ns without_ns = sent - std::exchange(read_ns_, sent);
         return steps_on_ &&
                without_ns > facts.signal(counter)->max_age_us * us + 3 * facts.period_us * us;
+    }
+    // What a filter has learnt is within the bounds of the file that runs.
+    void judge_bounds(const json &one, const machine *of) {
+        if (of == nullptr) return;
+        for (const auto &term : of->file().at("terms")) {
+            if (term.at("name") != one.at("name")) continue;
+            const std::pair<const char *, const char *> bounds[] = {{"bias_um", "bias_max_um"},
+                                                                    {"gain", "gain_max"}};
+            for (const auto &[key, bound] : bounds)
+                if (std::fabs(one.value(key, 0.0)) > term.at(bound).get<double>() * (1 + 1e-5))
+                    violated(fmt::format("{} of the adapted term is {}, its {} is {}", key,
+                                         one.value(key, 0.0), bound, term.at(bound).dump()));
+        }
     }
     // One term at most has a probe. A count that goes on is each number between, too.
     void judge_counts(const json &one) {

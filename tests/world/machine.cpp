@@ -1332,6 +1332,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
+    // What a term has learnt may be beyond its bounds in the next file.
+    dice learnt(of.twin.seed + revision, "adapt");
+    for (json &term : root["terms"])
+        for (const char *bound : {"bias_max_um", "gain_max"})
+            if (term["type"] == "adapt" && learnt.one_in(3))
+                term[bound] = rounded(learnt.between(0.05, 1) * term[bound].get<double>());
     // Without the key a step has as many units as FANUC takes.
     if (dice(of.twin.seed + revision, "step").one_in(4)) root["plc"].erase("max_step_units");
     // The NC is not asked any more.
