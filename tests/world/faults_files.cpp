@@ -25,7 +25,7 @@ void fault_injector::plan_files() {
         put_file_for_a_restart();
         if (drawn.one_in(4)) spoil_config_path();
         if (!drawn.one_in(2)) return;
-        const std::uint64_t signals = 1 + drawn.below(drawn.one_in(3) ? 100 : 3);
+        const std::uint64_t signals = 1 + drawn.below(drawn.one_in(3) ? 30 : 3);
         note(fault_kind::reload, fmt::format("{} SIGHUP", signals));
         const time_ns apart = drawn.time_between(0, 100 * ms);
         for (std::uint64_t i = 0; i < signals; ++i)

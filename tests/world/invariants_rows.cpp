@@ -71,6 +71,11 @@ class rows_invariant : public invariant {
         start_s_ = 1e-9 * static_cast<double>(of_.box.wall());
         if (known_.empty()) known_ = blackbox_names();
         waits_ = true;
+        columns_s_ = -1;
+    }
+    void taken(const machine &was, const machine &is) override {
+        if (names_of_signals(was) != names_of_signals(is))
+            columns_s_ = 1e-9 * static_cast<double>(of_.box.wall());
     }
     void ticked() override {
         if (std::exchange(waits_, false))
@@ -96,6 +101,7 @@ class rows_invariant : public invariant {
         const std::string text = of_.box.files.text(run::record_path);
         if (text.empty() || how.power_cut) return;
         if (lags_judged_ && of_.options.seed % 16 != 4) check_lags(text);  // with each row
+        if (!how.by_signal) check_columns(text);
         if (!calm_ || sent_.size() > most_remembered) return;
         check_record(text);
     }
@@ -112,6 +118,7 @@ class rows_invariant : public invariant {
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;  // from a wake-up to its reading
     std::vector<double> loops_s_, ends_s_;  // the first tick of each daemon, and its end
+    double columns_s_ = -1;                 // since then the record has its columns; -1: before
     double start_s_ = 0;                    // of this daemon …
     bool waits_ = false;                    // … and its loop has not begun yet
     std::vector<std::string> known_;        // of the black box
@@ -211,6 +218,25 @@ class rows_invariant : public invariant {
             draws_any(of_, {fault_kind::reload, fault_kind::hostile}))
             return;
         violated(fmt::format("{} ends {} s behind an event", file, last_s - event_s));
+    }
+
+    static std::vector<std::string> names_of_signals(const machine &of) {
+        std::vector<std::string> names;
+        for (const auto &signal : of.file().at("signals")) names.push_back(signal.at("name"));
+        return names;
+    }
+    // Rows of the columns before are in the record before.
+    void check_columns(const std::string &record) {
+        row_reader rows(record);
+        if (columns_s_ < 0 || !rows.next() || longest_lag(of_) != 0 ||
+            draws_any(of_,
+                      {fault_kind::disk, fault_kind::refuse, fault_kind::links, fault_kind::partial,
+                       fault_kind::clock, fault_kind::hostile, fault_kind::memory}))
+            return;
+        const double period_s = 1e-6 * static_cast<double>(of_.running().period_us);
+        if (rows.number("unix_s") < columns_s_ - 2 * period_s)
+            violated(fmt::format("a record begins with a row of {} s before its columns",
+                                 columns_s_ - rows.number("unix_s")));
     }
 
     // Each change of mode or reason that the PLC got is in the statistics.
