@@ -234,7 +234,7 @@ class rows_invariant : public invariant {
                        fault_kind::clock, fault_kind::hostile, fault_kind::memory}))
             return;
         const double period_s = 1e-6 * static_cast<double>(of_.running().period_us);
-        if (rows.number("unix_s") < columns_s_ - 2 * period_s)
+        if (rows.number("unix_s") < columns_s_ - 0.6 * period_s)
             violated(fmt::format("a record begins with a row of {} s before its columns",
                                  columns_s_ - rows.number("unix_s")));
     }
