@@ -281,6 +281,12 @@ class reset_invariant : public invariant {
         if (block.reason == box_reason::nc_waits && !facts.map.handshake && exact_ &&
             seen.sent - taken_ns_ > second)
             violated("the box waits for an alarm of the NC, which its file does not read");
+        // An edge behind the reload ends the fault of an alarm that the file does not read.
+        const time_ns few_ns = 4 * facts.period_us * us;
+        if (block.mode == fakeplc::box_mode::fault && block.reason == box_reason::nc_alarm &&
+            !facts.map.handshake && seen_all() && edge_ns_ > taken_ns_ + few_ns &&
+            seen.sent > edge_ns_ + few_ns)
+            violated("FAULT by an alarm of the NC, which the file does not read, and it was reset");
         if (block.mode == fakeplc::box_mode::fault) {
             if (!in_fault_ || exact_) since_ns_ = seen.sent - 4 * facts.period_us * us;
             in_fault_ = true;

@@ -2274,4 +2274,44 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "state.c",
       "        if (pause_us < 0) pause_us = CB_STATE_UNKNOWN_US;\n",
       "")),
+    ("other-adapt-resume-clamps-gain-by-bias-bound",
+     "After a restart or reload the stored gain is forced into the bounds of the bias: a gain beyond the new "
+     "gain_max stays, and with bias_max_um 0 the learnt gain is lost",
+     ("models/adapt.c",
+      "    state->gain = cb_clamp(state->gain, -settings->gain_max, settings->gain_max);\n",
+      "    state->gain = cb_clamp(state->gain, -settings->bias_max_um, settings->bias_max_um);\n")),
+    ("other-bpnet-linear-path-without-padding",
+     "The linear path of a network is taken from behind the hidden units instead of behind the padded ones, so "
+     "a network whose number of hidden units is no multiple of 4 gives a wrong value",
+     ("models/bpnet.c",
+      "sum += dot(w + 1 + units, x, net->inputs);",
+      "sum += dot(w + 1 + net->hidden, x, net->inputs);")),
+    ("other-velocity-in-deg-per-minute",
+     "The velocity of a rotary axis in deg/min is taken as deg/s, so its lead is sixty times too long",
+     ("firmware/load/velocity.c",
+      "{\"deg\", \"deg/min\", 1.0f / 60.0f}",
+      "{\"deg\", \"deg/min\", 1.0f}")),
+    ("other-record-rows-under-the-next-header",
+     "A reload begins the next record without writing the rows that wait, so rows of the old file stand under "
+     "the header of the new one",
+     (OUTPUT + "record.c",
+      "    if (record->path == NULL) return 0;\n"
+      "    cb_record_flush(record);\n",
+      "    if (record->path == NULL) return 0;\n")),
+    ("other-bus-samples-over-can-samples",
+     "In a cycle with samples of CAN and of the bus, those of the bus overwrite those of CAN, and old samples "
+     "stand behind them",
+     (LINUX + "box_hal.c",
+      "cb_sample_ring_take(&target->bus, target->generation, list + count, max - count);",
+      "cb_sample_ring_take(&target->bus, target->generation, list, max - count);")),
+    ("other-first-measurement-by-hand-ignored",
+     "If there was no file of measurements at the start, the first one that appears counts as known and its "
+     "measurement is not taken",
+     (LINUX + "hand.c",
+      "\"%s: %s, so no measurement is taken\", hand->path, why);\n"
+      "    }\n"
+      "    hand->begun = true;\n",
+      "\"%s: %s, so no measurement is taken\", hand->path, why);\n"
+      "        hand->begun = true;\n"
+      "    }\n")),
 ]

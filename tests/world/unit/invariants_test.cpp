@@ -243,6 +243,16 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A volumetric term needs each position, also one that its output does not depend on.
+    {"reference", 3088, 2500, "sensors", nullptr},
+    // Another device took the first blocks of a FAULT.
+    {"causes", 8130, 2500, "foreign,stray", nullptr},
+    // A start cut the torn end of the record, and its rows are on the disk.
+    {"record", 8420, 2500, "power_cut", nullptr},
+    // The line about FAULT 18 comes behind the first write that is accepted again.
+    {"refused", 8544, 2500, "exception", nullptr},
+    // A control with a largest step stands, and the output stays near what it applies.
+    {"retreat", 8590, 2500, "exception,plc_stop", nullptr},
     // A disk hangs; the files behind it have the mode of their time.
     {"report", 9000001, 5300, "exception,disk",
      [](cb_loop &loop) {
