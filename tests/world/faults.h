@@ -181,6 +181,7 @@ class fault_injector : public call_faults,
     void heal_plc();
 
     void plan_ends();  // faults_computer.cpp
+    void end_daemon();
     void plan_stalls();
     void stall_again_and_again(dice &drawn);
     void hold_loop(std::int64_t times);

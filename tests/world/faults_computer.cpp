@@ -165,9 +165,18 @@ void fault_injector::plan_ends() {
     plan(fault_kind::power_cut, 30 * second, true);
     repeat(fault_kind::restart, 30 * second, [this] {
         if (!of_.box.runs()) return;
-        note(fault_kind::restart, "SIGTERM");
-        of_.stop_daemon();
+        dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "file at the end");
+        if (!has(fault_kind::reload) || own.one_in(2)) return end_daemon();
+        put_another_file();
+        of_.box.send_signal(1);
+        later(own.time_between(0, 200 * ms), [this] { end_daemon(); });
     });
+}
+
+void fault_injector::end_daemon() {
+    if (!of_.box.runs()) return;
+    note(fault_kind::restart, "SIGTERM");
+    of_.stop_daemon();
 }
 
 bool fault_injector::cuts_power() {

@@ -117,6 +117,7 @@ class rows_invariant : public invariant {
     };
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;  // from a wake-up to its reading
+    static constexpr double kept_before_event_s = 600;
     std::vector<double> loops_s_, ends_s_;  // the first tick of each daemon, and its end
     double columns_s_ = -1;                 // since then the record has its columns; -1: before
     double start_s_ = 0;                    // of this daemon …
@@ -148,7 +149,8 @@ class rows_invariant : public invariant {
                 if (first_event_s < 0) first_event_s = event_s;
                 mode = is;
             }
-            if (first_s >= 0) check_begin(file, before_s, first_s);
+            const bool is_full = first_event_s - first_s > kept_before_event_s - 10;
+            if (first_s >= 0 && !is_full) check_begin(file, before_s, first_s);
             if (longest_lag(of_) == 0) {
                 if (first_s >= 0) check_rest(rest_of, first_s - before_s);
                 check_end(file, last_s, first_event_s, event_s);
