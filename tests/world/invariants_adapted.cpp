@@ -493,7 +493,8 @@ class probes_invariant : public invariant {
         std::optional<filter_step> step;
         for (const double e : may_take) {
             const filter_step one = step_of(*with_, was_, p_, m, s, e);
-            const double gain = std::fabs(e) / s, near = 0.05;
+            const double gain = std::fabs(e) / s;
+            const double near = 0.05 + with_->drift_at(m) * timed_h / s;
             const double drift = with_->drift * with_->drift * timed_h;
             const double gain_drift = with_->gain_drift * with_->gain_drift * timed_h;
             const double bias_near =

@@ -68,6 +68,7 @@ class applied_invariant : public invariant {
 
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
+        if (sent_.empty()) start_ns_ = seen.sent;
         sent_.push_back({seen.sent, block});
         // The newest one from before is what the PLC held when that time began.
         while (sent_.size() > 1 && sent_[1].ns < seen.sent - of_late) sent_.pop_front();
@@ -139,7 +140,7 @@ class applied_invariant : public invariant {
             new_high = std::max(new_high, one.block.um[c]);
         }
         take_lines(facts, c, low, high);
-        if (read_ns_ - start_ns_ < of_late) {  // a box that starts has sent zero so far
+        if (read_ns_ - start_ns_ < of_late) {  // before its first block a box has sent zero
             low = std::min(low, 0.0);
             high = std::max(high, 0.0);
         }

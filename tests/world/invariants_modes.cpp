@@ -82,11 +82,13 @@ class evidence_invariant : public invariant {
         const time_ns silent_ns =
             seen.sent - std::exchange(whole_ns_, std::max(whole_ns_, seen.sent));
         const bool known = beats_ > 0 && silent_ns <= 5 * facts.period_us * us + lag_ns_;
+        // Behind a lost reply it moves with the next one that comes.
+        const bool is_lost = seen.duration == never && head.heartbeat != beat_;
         if (beats_ == 0 || (known && head.heartbeat != beat_)) {
             beat_ns_ = std::max(beat_ns_, seen.sent);
             ++beats_;
         }
-        beat_ = head.heartbeat;
+        if (!is_lost) beat_ = head.heartbeat;
         if (head.enables() && head.references(facts))
             permitted_ns_ = std::max(permitted_ns_, seen.sent);
         if (!head.nc_alarm) calm_ns_ = std::max(calm_ns_, seen.sent);
