@@ -104,8 +104,13 @@ class can_socket : public open_file {
         queue_.push_back({frame, wall, lost_});
         return true;
     }
-    // out: its filters keep the frame away
-    bool ignores(const can_frame &frame) const { return bound_ && !wants(frame); }
+    // out: its filters keep away what the node sends
+    bool ignores(const can_node &node) const {
+        can_frame one = {}, other = {};
+        one.can_id = node.value_id(false);
+        other.can_id = node.value_id(true);
+        return bound_ && !wants(one) && !wants(other);
+    }
     void fail(int error) { error_ = error; }
 
   private:
@@ -171,20 +176,25 @@ void can_bus::put(const can_frame &frame) {
     const bool hears = is_error || of_.time.now() >= on_the_bus_ns;
     if (state_ != interface_state::up || !hears) return;
     of_.hash.add(&frame, sizeof frame);
-    bool taken = false, ignored = false;
+    bool taken = false;
     if (is_error)
         for (can_node &node : nodes) node.waits = node.again = 0;
     for (const auto &one : sockets_) {
-        if (const auto open = one.lock()) {
-            taken = open->take(frame, of_.wall()) || taken;
-            ignored = ignored || open->ignores(frame);
-        }
+        if (const auto open = one.lock()) taken = open->take(frame, of_.wall()) || taken;
     }
     of_.changed();
-    if (!(taken || ignored) || !heard) return;
+    if (!heard) return;
     for (const can_node &node : nodes)
-        if (node.has_sent(frame.can_id))
+        if (node.has_sent(frame.can_id) && (taken || is_ignored(node)))
             heard(node.number, 0.1 * static_cast<std::int16_t>(frame.data[1] << 8 | frame.data[0]));
+}
+
+// out: the box listens to neither frame of the node
+bool can_bus::is_ignored(const can_node &node) const {
+    return std::any_of(sockets_.begin(), sockets_.end(), [&node](const auto &one) {
+        const auto open = one.lock();
+        return open && open->ignores(node);
+    });
 }
 
 void can_bus::set_interface(interface_state state) {

@@ -74,6 +74,7 @@ class can_bus {
     void send_values(std::size_t node);
     void send_heartbeats(std::size_t node);
     void sent_by_box(const can_frame &frame);
+    bool is_ignored(const can_node &node) const;
 
     computer &of_;
     dice chance_;
