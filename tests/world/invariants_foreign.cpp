@@ -218,7 +218,8 @@ class refused_invariant : public invariant {
             if (mode != fakeplc::box_mode::fault) taken_ns_ = seen.sent;
         }
         // A write without a reply is none that is refused.
-        if (refused_ns_ > 6 * second && !ends_ && hears_all() && !draws(of_, fault_kind::mute))
+        if (refused_ns_ > 6 * second && !ends_ && hears_all() &&
+            !draws_any(of_, {fault_kind::mute, fault_kind::reader}))
             violated("writes are refused for six seconds, and the box is not in FAULT");
     }
     void logged(const std::string &line) override {
@@ -232,11 +233,14 @@ class refused_invariant : public invariant {
         if (refuses && since_ns < least_refused && hears_all() && !draws(of_, fault_kind::mute))
             violated(fmt::format("FAULT by refused writes, {} ms after one that was accepted",
                                  since_ns / ms));
-        if (refuses && refused_ns_ < least_refused && longest_lag(of_) == 0 &&
+        // The line may come behind the first write that is accepted again.
+        const bool just_ended = of_.time.now() - ended_ns_ < second / 5;
+        const time_ns refused_ns = just_ended ? before_ns_ : refused_ns_;
+        if (refuses && refused_ns < least_refused && longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::wire, fault_kind::line, fault_kind::foreign,
                              fault_kind::stray, fault_kind::memory}))
             violated(fmt::format("FAULT by refused writes, and the PLC answered for {} ms",
-                                 refused_ns_ / ms));
+                                 refused_ns / ms));
         if (line.find("ACTIVE: ") == std::string::npos) return;
         if (++times_ > most_times && hears_all())
             violated(fmt::format("ACTIVE {} times, and the PLC accepted no write", times_));
@@ -248,10 +252,10 @@ class refused_invariant : public invariant {
     void take_answer(const machine &facts, const exchange &seen) {
         const bool is_refusal = seen.exception != 0 && seen.function != 3;
         if (!seen.written.empty()) is_refused_ = false;
-        // An accepted write of FAULT ends no time: the line about the mode may come behind it.
-        const bool ends = !seen.written.empty() &&
-                          block_of(of_.author_of(seen), seen).mode != fakeplc::box_mode::fault;
-        if (ends || (is_refusal && !is_refused_)) refused_ns_ = 0;
+        if (!is_refused_ && refused_ns_ > 0) {
+            ended_ns_ = seen.now;
+            before_ns_ = std::exchange(refused_ns_, 0);
+        }
         if (!is_refusal && (seen.duration == never || !is_reading(facts, seen))) return;
         const time_ns pause_ns = seen.now - std::exchange(answered_ns_, seen.now);
         if (is_refused_ && pause_ns < 8 * facts.period_us * us) refused_ns_ += pause_ns;
@@ -270,7 +274,8 @@ class refused_invariant : public invariant {
     time_ns answered_ns_ = 0;        // the newest answer
     bool is_refused_ = false;        // a write, and none was accepted since …
     time_ns refused_ns_ = 0;         // … the time since then in which the PLC answered
-    bool ends_ = false;              // the last mode in the log is FAULT or STOPPED
+    time_ns before_ns_ = 0, ended_ns_ = -never / 2;  // the one before, which ended then
+    bool ends_ = false;                              // the last mode in the log is FAULT or STOPPED
 };
 
 // Compensation needs a PLC that confirms: behind a contact, an outage and another contact the box
