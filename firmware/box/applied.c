@@ -8,6 +8,9 @@
 #include "firmware/wire/number.h"
 #include "models/num.h"
 
+/* A real has no unit, and a PLC that moves it along straight lines rounds it otherwise. */
+static const float FINEST_UM = 1e-3f;
+
 /* A new quarter begins with the value that was sent last. */
 static void begin_quarter(struct cb_applied_channel *state, float sent_um) {
     for (unsigned k = CB_SENT_SLOTS - 1; k > 0; --k) {
@@ -75,7 +78,7 @@ static void judge(const struct cb_config *config, unsigned index, struct cb_appl
     const struct cb_channel_config *channel = &config->channels[index];
     const struct interval sent = sent_of_late(state);
     const float largest_um = cb_max(cb_abs(sent.low_um), cb_abs(sent.high_um));
-    const float unit_um = cb_channel_raw_unit_um(channel);
+    const float unit_um = cb_max(cb_channel_raw_unit_um(channel), FINEST_UM);
     const bool inside = is_within(um, sent, config->plc.deadband_um + unit_um + largest_um * 1e-6f);
     const bool bounded = cb_abs(um) <= cb_max(channel->error_um, largest_um) + unit_um;
     counters->applied_foreign += judged && !inside;

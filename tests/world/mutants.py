@@ -740,6 +740,8 @@ THIRD_LOOK = [
      (BOX + "tangent.c", "signals[signal].used", "signals[signal].value")),
     ("unapplied-for-ever", "A channel that was not followed for a moment is never forgiven",
      (BOX + "applied.c", "before_us - inside_us : 0", "before_us + inside_us : 0")),
+    ("applied-by-picometres", "A real that the PLC rounds otherwise is taken for another client's",
+     (BOX + "applied.c", "cb_max(cb_channel_raw_unit_um(channel), FINEST_UM);", "cb_channel_raw_unit_um(channel);")),
     ("line-not-applied", "A PLC on its way from one tangent to the next is taken for one that does not follow",
      (BOX + "applied.c", "if (channel->tangent && config->plc.interpolate_us > 0)", "if (false)")),
     ("frames-out-of-order", "A frame of a CAN queue may seem older than the one before it",

@@ -257,6 +257,19 @@ void put_float(uint16_t *registers, float value) {
     registers[1] = static_cast<uint16_t>(bits);
 }
 
+// A PLC that moves a real along straight lines is beside what was sent by its rounding.
+TEST(box_applied, a_float_is_applied_within_a_nanometre) {
+    for (const float off_um : {0.0008F, 0.0015F}) {
+        box_rig rig = float_applied_rig();
+        for (int i = 0; i < 200; ++i) {
+            put_float(rig.in.registers + 24, rig.box->channels[0].sent_um - off_um);
+            rig.step();
+        }
+        EXPECT_EQ(rig.mode(), CB_MODE_ACTIVE);
+        EXPECT_EQ(rig.reason(), off_um > 1e-3F ? CB_REASON_UNAPPLIED : CB_REASON_NONE) << off_um;
+    }
+}
+
 TEST(box_applied, a_value_far_beyond_error_um_in_two_readings_is_a_fault) {
     for (float foreign_um : {3000.0f, -401.0f, std::numeric_limits<float>::infinity(),
                              std::numeric_limits<float>::quiet_NaN()}) {
