@@ -247,6 +247,16 @@ const edge edges[] = {
     {"reference", 3088, 2500, "sensors", nullptr},
     // Another device took the first blocks of a FAULT.
     {"causes", 8130, 2500, "foreign,stray", nullptr},
+    // A real is applied a few picometres beside what was sent.
+    {"reason", 31000037, 200, "none", nullptr},
+    // Nobody reads the log, so FAULT has no line.
+    {"refused", 31000803, 900, "exception,reader", nullptr},
+    // The drift makes the gain of a probe as uncertain as the time of its step.
+    {"probes", 31000429, 60, "twice", nullptr},
+    // Of a node's two frames one is rightly left to the other.
+    {"reference", 31000531, 2200, "kill", nullptr},
+    // Before its first block a box has sent zero.
+    {"applied", 31000208, 2400, "kill,state,foreign", nullptr},
     // A start cut the torn end of the record, and its rows are on the disk.
     {"record", 8420, 2500, "power_cut", nullptr},
     // The line about FAULT 18 comes behind the first write that is accepted again.
