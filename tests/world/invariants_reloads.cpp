@@ -53,7 +53,8 @@ class reload_invariant : public invariant {
             return;
         const time_ns age_ns = of_.box.wall() - file->changed_ns;
         const time_ns replaced_ns = of_.time.now() - of_.replaced_in_read_ns;
-        if (age_ns < 900 * ms && replaced_ns > second &&
+        // One that changes while it is read had not changed before.
+        if (age_ns > ms && age_ns < 900 * ms && replaced_ns > second &&
             of_.time.now() - of_.box.hung_up_ns > 5 * second)
             violated(fmt::format("a file is read {} ms behind its last change", age_ns / ms));
     }
