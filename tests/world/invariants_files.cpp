@@ -640,8 +640,7 @@ class events_invariant : public invariant {
     void taken(const machine &, const machine &is) override { untold_ = is.revision; }
     void ticked() override {
         const time_ns now = of_.time.now();
-        if (hung_ups_.empty() || hung_ups_.back() != of_.box.hung_up_ns)
-            hung_ups_.push_back(of_.box.hung_up_ns);
+        note_signal();
         if (!whole_.empty() && now - whole_.back().first < second) return;
         const auto file = of_.box.files.find(run::events_path, false);
         whole_.emplace_back(now, file == nullptr ? 0 : file->bytes.size());
@@ -659,6 +658,7 @@ class events_invariant : public invariant {
             full_at_ = lines_in_file();
     }
     void ended(const ending &how) override {
+        note_signal();
         if (how.power_cut) judge_durable();
         check();
         if (!how.by_signal && how.code == 0) safe_ = lines_;
@@ -725,18 +725,30 @@ class events_invariant : public invariant {
                                 text.find(", revision ") != std::string::npos;
         if (event.contains("file") && !is_of_file)
             violated("an event has the facts of a coefficient file, and is not about one: " + text);
+        if (event.contains("file") && event.contains("boot_s"))
+            since_ns_.emplace(event.at("file").value("revision", nlohmann::json()).dump(),
+                              time_of(event));
         if (event.contains("file") && event.at("file").contains("requested_by") &&
             longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
             judge_request(event);
     }
+    void note_signal() {
+        if (hung_ups_.empty() || hung_ups_.back() != of_.box.hung_up_ns)
+            hung_ups_.push_back(of_.box.hung_up_ns);
+    }
+    time_ns time_of(const nlohmann::json &event) const {
+        return of_.time.now() - of_.box.boottime() +
+               static_cast<time_ns>(1e9 * event.at("boot_s").get<double>());
+    }
     // A request by SIGHUP is one for the file that is read then, which may have to wait for rest.
+    // While it waits, another request has no event of its own.
     void judge_request(const nlohmann::json &event) {
-        const time_ns at = of_.time.now() - of_.box.boottime() +
-                           static_cast<time_ns>(1e9 * event.at("boot_s").get<double>());
-        const bool is_known = std::any_of(hung_ups_.begin(), hung_ups_.end(), [at](time_ns one) {
-            return one < at + second && at - one < 10 * second;
-        });
+        const time_ns at = time_of(event);
         const nlohmann::json &revision = event.at("file").at("revision");
+        const time_ns from = std::min(at, since_ns_.at(revision.dump())) - 10 * second;
+        const bool is_known =
+            std::any_of(hung_ups_.begin(), hung_ups_.end(),
+                        [at, from](time_ns one) { return one < at + second && one > from; });
         if (is_known) requested_.insert(revision.dump());
         if (requested_.count(revision.dump()) > 0) return;
         violated("nobody requested this by a signal: " + event.value("text", ""));
@@ -779,6 +791,7 @@ class events_invariant : public invariant {
     static constexpr std::size_t durable_s = 4;
     std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
     std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last
+    std::map<std::string, time_ns> since_ns_;            // the first event of each revision
     std::set<std::string> requested_;                    // revisions, by one of them
     std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
     std::optional<std::size_t> full_at_;  // lines of the file when the disk was full for the next

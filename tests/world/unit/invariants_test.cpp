@@ -255,6 +255,8 @@ const edge edges[] = {
     {"probes", 31000429, 60, "twice", nullptr},
     // Of a node's two frames one is rightly left to the other.
     {"reference", 31000531, 2200, "kill", nullptr},
+    // A kill right behind a SIGHUP and its event.
+    {"events", 9834, 2500, "reload,kill", nullptr},
     // Before its first block a box has sent zero.
     {"applied", 31000208, 2400, "kill,state,foreign", nullptr},
     // A start cut the torn end of the record, and its rows are on the disk.
