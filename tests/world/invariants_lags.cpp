@@ -26,14 +26,10 @@ namespace {
 
 using nlohmann::json;
 
-double to_the(double x, std::uint32_t power) {
-    return std::pow(x, static_cast<double>(power));
-}
-
 interval to_the(const interval &of, std::uint32_t power) {
     interval made = interval::none();
-    made.take(to_the(of.low, power));
-    made.take(to_the(of.high, power));
+    made.take(power_of(of.low, power));
+    made.take(power_of(of.high, power));
     if (power % 2 == 0 && of.low < 0 && of.high > 0) made.take(0);
     return made;
 }

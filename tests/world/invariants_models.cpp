@@ -37,8 +37,8 @@ std::optional<double> bank_at(const json &bank, const signal_values &values) {
     for (const std::string name : bank.at("inputs")) {
         const auto input = values.find(name);
         if (input == values.end()) return std::nullopt;
-        for (const int power : bank.at("powers").at(name))
-            sum += bank.at("weights")[0][column++].get<double>() * std::pow(input->second, power);
+        for (const unsigned power : bank.at("powers").at(name))
+            sum += bank.at("weights")[0][column++].get<double>() * power_of(input->second, power);
     }
     return sum;
 }

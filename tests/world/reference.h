@@ -38,6 +38,9 @@ struct trained_range {
 // out: one for each input of a bank or network that names its training range; else as of no range
 std::vector<trained_range> ranges_of(const nlohmann::json &net);
 
+// out: x multiplied by itself, which takes less time than std::pow()
+double power_of(double x, unsigned power);
+
 double polyline_at(const std::vector<double> &at, const std::vector<double> &values, double x);
 double bspline_at(const std::vector<double> &knots, std::size_t degree,
                   const std::vector<double> &points, double x);
