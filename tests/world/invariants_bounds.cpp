@@ -100,6 +100,7 @@ class slew_invariant : public invariant {
         judge_late(author, seen, block);
         if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
+        if (block.reason == box_reason::unconfirmed) unconfirmed_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
         if (lag_ns_ != never) look_back(author, {seen.sent, std::move(block)});
     }
@@ -120,7 +121,7 @@ class slew_invariant : public invariant {
                           (refused && draws(of_, fault_kind::delay));
         return (is_read_back(facts, seen) || refused) &&
                (lost || 2 * (seen.sent - sent_ns_) > 3 * period_ns ||
-                seen.sent - gap_ns_ < 5 * period_ns);
+                seen.sent - std::max(gap_ns_, unconfirmed_ns_) < 5 * period_ns);
     }
     // A late write, sent before the outputs were placed, brings a register back to where the box
     // found it. An output that was placed at the applied value, at another client's, or at zero
@@ -198,9 +199,10 @@ class slew_invariant : public invariant {
     time_ns lag_ns_, sent_ns_ = 0;
     time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
     bool refused_ = false;            // that one was answered by an exception
-    time_ns gap_ns_ = -never / 2;     // last write after a pause
-    bool reads_alone_ = false;        // the newest reading came without a write …
-    time_ns read_ns_ = 0;             // … and was sent then
+    time_ns gap_ns_ = -never / 2;     // last write after a pause …
+    time_ns unconfirmed_ns_ = -never / 2;  // … and last one that says that replies are too late
+    bool reads_alone_ = false;             // the newest reading came without a write …
+    time_ns read_ns_ = 0;                  // … and was sent then
     std::optional<written_block> before_;
     const machine *author_ = nullptr;  // of before_
     std::deque<sent_block> past_, unanswered_;

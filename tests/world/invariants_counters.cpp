@@ -69,6 +69,7 @@ class counters_invariant : public invariant {
         modes_ = {};
         mode_ = fakeplc::box_mode::standby;
         reasons_.clear();
+        author_ = nullptr;
         whole_ = false;
         refused_ = refused_before_ = 0;
         handshakes_ = handshakes_before_ = 0;
@@ -79,10 +80,16 @@ class counters_invariant : public invariant {
         if (calm_) take_reading(seen);
         if (!judged_ || seen.written.empty() || seen.sent < sent_ns_) return;
         sent_ns_ = seen.sent;
-        const written_block &block = block_of(of_.author_of(seen), seen);
+        const machine &author = of_.author_of(seen);
+        const written_block &block = block_of(author, seen);
         if (block.mode < modes_.size() && block.mode != mode_) ++modes_[block.mode];
         mode_ = block.mode;
-        // A term that has had no value yet has not faded.
+        // A term that has had no value yet has not faded: behind a start, and with a signal that
+        // the file before did not have.
+        if (author_ != &author)
+            for (const signal_facts &signal : author.signals)
+                whole_ = whole_ && author_ != nullptr && author_->signal(signal.name) != nullptr;
+        author_ = &author;
         whole_ = whole_ || (mode_ == fakeplc::box_mode::active && block.reason == box_reason::none);
         if (whole_ || block.reason != box_reason::degraded) ++reasons_[block.reason];
     }
@@ -196,6 +203,7 @@ class counters_invariant : public invariant {
     std::uint64_t refused_ = 0, refused_before_ = 0;  // values of readings, but for the newest one
     unsigned handshake_ = 0;                          // of the newest reading
     std::uint64_t handshakes_ = 0, handshakes_before_ = 0;  // likewise
+    const machine *author_ = nullptr;                       // of the newest write
     bool whole_ = false;                                    // all terms have had values
     std::array<std::uint64_t, 6> modes_ = {};               // entries, as the PLC saw them
     std::map<unsigned, std::uint64_t> reasons_;             // writes with each

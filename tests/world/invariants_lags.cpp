@@ -94,12 +94,16 @@ class lags_invariant : public invariant {
         }
     }
     // Another file may know a lag of the first file no more, or by another time constant; and its
-    // banks may hold their inputs within other ranges.
+    // banks may hold their inputs within other ranges. A lag that it does not have begins anew when
+    // a later file has it.
     void taken(const machine &was, const machine &is) override {
         if (!judged_) return;
-        if (held_ranges(was) != held_ranges(is)) forget_banks();
-        for (auto lag = lags_.begin(); lag != lags_.end();)
-            lag = lag->second.of_file ? lags_.erase(lag) : std::next(lag);
+        const bool holds_others = held_ranges(was) != held_ranges(is);
+        for (auto lag = lags_.begin(); lag != lags_.end();) {
+            const bool of_bank = lag->first.signal.empty();
+            const bool gone = of_bank ? holds_others : is.signal(lag->first.signal) == nullptr;
+            lag = gone || lag->second.of_file ? lags_.erase(lag) : std::next(lag);
+        }
         for (const json &signal : is.file().at("signals"))
             if (signal.contains("lag_of"))
                 for (auto &[key, lag] : lags_)
@@ -168,11 +172,6 @@ class lags_invariant : public invariant {
         }
         return found;
     }
-    void forget_banks() {
-        for (auto lag = lags_.begin(); lag != lags_.end();)
-            lag = lag->first.signal.empty() ? lags_.erase(lag) : std::next(lag);
-    }
-
     static lag_key key_of(const state_file::record &record) {
         const std::string signal = record.name;
         return {signal, record.lag_of, signal.empty() ? record.tau_s : 0, record.power,

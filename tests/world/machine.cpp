@@ -1268,6 +1268,52 @@ void reorder_terms(json &root, dice &order) {
     }
 }
 
+// in : anything of a file. out: whether it names that, as a value or as a key
+bool names(const json &part, const std::string &name) {
+    if (part.is_string()) return part == name;
+    if (part.is_object() && part.contains(name)) return true;
+    return part.is_structured() && std::any_of(part.begin(), part.end(), [&name](const json &one) {
+               return names(one, name);
+           });
+}
+
+// out: whether the file can do without the term: no other term takes its outputs, and no channel
+//      has nothing but them
+bool is_spare(const json &root, const json &term) {
+    for (const json &other : root["terms"])
+        if (takes_output_of(other, term)) return false;
+    const json outputs = term.value("outputs", json::array({term["name"]}));
+    return std::none_of(root["channels"].begin(), root["channels"].end(), [&](const json &one) {
+        return std::all_of(one["sum"].begin(), one["sum"].end(),
+                           [&](const json &of) { return names(outputs, of); });
+    });
+}
+
+// Its channels go on without it.
+void drop_term(json &root, std::size_t index) {
+    const json term = root["terms"][index];
+    const json outputs = term.value("outputs", json::array({term["name"]}));
+    root["terms"].erase(index);
+    for (json &channel : root["channels"])
+        for (std::size_t i = channel["sum"].size(); i-- > 0;)
+            if (names(outputs, channel["sum"][i])) channel["sum"].erase(i);
+    // Signals that nothing else has a use for are read no longer; the source of a lag behind it.
+    json &signals = root["signals"];
+    std::set<std::string> sources;
+    for (bool again = true; std::exchange(again, false);)
+        for (std::size_t i = signals.size(); i-- > 0;) {
+            const json signal = signals[i];
+            const std::string name = signal["name"];
+            json rest = root;
+            rest["signals"].erase(i);
+            const bool was_used = names(term, name) || sources.count(name) > 0;
+            if (signal.value("unit", "") == "mm" || !was_used || names(rest, name)) continue;
+            sources.insert(signal.value("lag_of", name));
+            signals.erase(i);
+            again = true;
+        }
+}
+
 // Other time constants, and other terms in a channel's sum.
 void rewire(json &root, dice &order, bool changes_lags) {
     for (json &signal : root["signals"])
@@ -1306,6 +1352,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     dice wiring(of.twin.seed + revision, "wiring");
     if (wiring.one_in(3)) reorder_terms(root, wiring);
     if (wiring.one_in(3)) rewire(root, wiring, of.changes_lags);
+    // Terms that are not there, with the signals that only they have.
+    dice drops(of.twin.seed + revision, "drops");
+    for (std::size_t i = drops.one_in(4) ? root["terms"].size() : 0; i-- > 0;)
+        if (drops.one_in(2) && root["terms"][i]["type"] != "adapt" &&
+            is_spare(root, root["terms"][i]))
+            drop_term(root, i);
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {
@@ -1436,14 +1488,19 @@ bool is_wider(const machine &fresh, const machine &than) {
         if (is.limit_um > was.limit_um || is.error_um > was.error_um || is.sign != was.sign ||
             is.slew_um_per_s > was.slew_um_per_s || is.file_slope_limit > was.file_slope_limit ||
             is.slope_slew_per_s > was.slope_slew_per_s ||
-            fresh.map.channels[c].scale_um != than.map.channels[c].scale_um)
+            fresh.map.channels[c].scale_um != than.map.channels[c].scale_um ||
+            (is.has_applied && fresh.step_units > than.step_units))
             return true;
     }
-    if (fresh.step_units > than.step_units) return true;
     if (fresh.pairs.size() < than.pairs.size()) return true;
     for (std::size_t p = 0; p < than.pairs.size(); ++p)
         if (fresh.pairs[p].most_um > than.pairs[p].most_um) return true;
     return false;
+}
+
+bool may_be_wider(const machine &fresh, const machine &than) {
+    return is_wider(fresh, than) || fresh.step_units != than.step_units ||
+           fresh.map.handshake != than.map.handshake;
 }
 
 void lower_to(machine &of, const site_ceiling &ceiling) {

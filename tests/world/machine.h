@@ -119,6 +119,9 @@ std::string with_other_units(const std::string &text, dice &chance);
 std::string for_another_plc(const std::string &text, dice &chance);
 // out: the file's outputs may be larger than the other's, or mean something else
 bool is_wider(const machine &fresh, const machine &than);
+// out: the same, or the rates may be to which the loader lowers them for a control with a largest
+//      step
+bool may_be_wider(const machine &fresh, const machine &than);
 
 // Of the daemon's command line (docs/decisions/0011-site-ceiling.md).
 struct site_ceiling {

@@ -316,8 +316,7 @@ reference_box::function reference_box::bank_of(const json &bank, std::size_t k) 
                 const std::size_t lagged = hidden_place();
                 lags_.push_back(
                     {inputs.back(), lagged, tau_s, power, range.held(-1e30), range.held(1e30)});
-                lags_.back().key = fmt::format("{} {} {} {} {}", name, power, tau_s,
-                                               lags_.back().min, lags_.back().max);
+                lags_.back().key = fmt::format("{} {} {}", name, power, tau_s);
                 columns.push_back({lagged, 1, weight, trained_range()});
             }
         }
@@ -386,19 +385,23 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
 
 void reference_box::take(const machine &of) {
     reference_box fresh(of);
-    for (signal &one : fresh.signals_) {
-        const auto source = one.source;
-        const auto reported = one.reported;
-        one = signals_[place_of(one.name)];
-        one.source = source;
-        one.reported = reported;
+    for (signal &one : fresh.signals_)
+        for (const signal &was : signals_)
+            if (was.name == one.name) {
+                const auto source = one.source;
+                const auto reported = one.reported;
+                one = was;
+                one.source = source;
+                one.reported = reported;
+                break;
+            }
+    for (lag &one : fresh.lags_) {
+        const lag made = one;
+        if (const lag *was = ancestor_of(one)) adopt(fresh, one, *was);
+        one.tau_s = made.tau_s;
+        one.min = made.min;
+        one.max = made.max;
     }
-    for (lag &one : fresh.lags_)
-        for (const lag &was : lags_) {
-            const double tau_s = one.tau_s;
-            if (was.key == one.key) adopt(fresh, one, was);
-            one.tau_s = tau_s;
-        }
     for (play &one : fresh.plays_)
         for (const play &was : plays_)
             if (was.key == one.key) adopt(fresh, one, was);
@@ -413,6 +416,19 @@ void reference_box::take(const machine &of) {
     if (watch_) watch_->begin();
 }
 
+// out: the lag whose state that of another file takes over: of several banks, that of the nearest
+//      range; nullptr: there is none
+const reference_box::lag *reference_box::ancestor_of(const lag &fresh) const {
+    const lag *nearest = nullptr;
+    const auto apart = [&fresh](const lag &was) {
+        return std::fabs(was.min - fresh.min) + std::fabs(was.max - fresh.max);
+    };
+    for (const lag &was : lags_)
+        if (was.key == fresh.key && (nearest == nullptr || apart(was) < apart(*nearest)))
+            nearest = &was;
+    return nearest;
+}
+
 // The same lag or direction goes on in its new place.
 template <typename State>
 void reference_box::adopt(reference_box &fresh, State &one, const State &was) const {
@@ -420,9 +436,9 @@ void reference_box::adopt(reference_box &fresh, State &one, const State &was) co
     one = was;
     one.of = of;
     one.to = to;
-    if (to < signals_.size()) return;
-    fresh.hidden_[to - signals_.size()] = hidden_[was.to - signals_.size()];
-    fresh.hidden_near_[to - signals_.size()] = hidden_near_[was.to - signals_.size()];
+    if (to < fresh.signals_.size()) return;
+    fresh.hidden_[to - fresh.signals_.size()] = hidden_[was.to - signals_.size()];
+    fresh.hidden_near_[to - fresh.signals_.size()] = hidden_near_[was.to - signals_.size()];
 }
 
 void reference_box::start(bool has_state) {

@@ -184,6 +184,7 @@ class reference_box {
     void move(signal &of, double change, time_ns at, double doubt) const;
     static verdict judge_range(const signal &of, double value);
     static verdict judge_rate(const signal &of, double change, time_ns apart_ns);
+    const lag *ancestor_of(const lag &fresh) const;
     template <typename State>
     void adopt(reference_box &fresh, State &one, const State &was) const;
     void watch_sensors(time_ns now);

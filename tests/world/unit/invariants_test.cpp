@@ -75,6 +75,14 @@ struct edge {
 };
 
 const edge edges[] = {
+    // A lag takes over the state of one with another range, and a later file has a bank again.
+    {"reference", 4, 4600, "reload", nullptr},
+    // A signal that the file before did not have has no value yet.
+    {"counters", 44, 5200, "reload", nullptr},
+    // Without `applied` a control's largest step changes the slew rate alone.
+    {"reload", 52, 600, "reload", nullptr},
+    // A write had its reply too late, and the box goes on from what the PLC applies.
+    {"slew", 31000653, 6500, "tear,state,memory,wire,foreign,sensors,boundary,stray", nullptr},
     // FC23 writes the outputs of the step before a reload to a slower file.
     {"slew", 301015, 4000, "partial,power_cut,hostile,foreign,stray",
      to_channels([](cb_channel_config &channel) { channel.slew_um_per_s *= 3; })},
