@@ -416,13 +416,18 @@ class status_invariant : public invariant {
             if (ramps) check_ramp(facts, c, was, is, apart);
         }
     }
-    // Behind a reload to a smaller limit, or to a smaller difference of a pair.
+    // Behind a reload to a smaller limit, which takes the other motor of a pair along, or to a
+    // smaller difference of a pair.
     bool comes_inside(const machine &facts, std::size_t c, const written_block &from,
                       const written_block &to) const {
         constexpr double almost = 1 - 1e-6;
         if (of_.files_taken() <= 1) return false;
-        const double was = std::fabs(from.um[c]), is = std::fabs(to.um[c]);
-        if (was > facts.channels[c].limit_um * almost && is < was) return true;
+        const auto is_outside = [&](std::size_t one) {
+            return std::fabs(from.um[one]) > facts.channels[one].limit_um * almost;
+        };
+        const std::optional<std::size_t> partner = partner_of(facts, c);
+        const bool from_outside = is_outside(c) || (partner && is_outside(*partner));
+        if (from_outside && std::fabs(to.um[c]) < std::fabs(from.um[c])) return true;
         return std::any_of(facts.pairs.begin(), facts.pairs.end(), [&](const pair_facts &pair) {
             const double apart_um = std::fabs(from.um[pair.first] - from.um[pair.second]);
             return (c == pair.first || c == pair.second) && apart_um > pair.most_um * almost &&

@@ -403,19 +403,26 @@ class retreat_invariant : public invariant {
     }
     void started() override { waits_.clear(); }
     void exchanged(const exchange &seen) override {
-        if (!judged_ || seen.written.empty()) return;
+        if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
+        const bool confirmed = seen.duration != never && seen.exception == 0;
+        if (is_reading(facts, seen) && confirmed) read_ns_ = seen.sent;
+        if (seen.written.empty()) return;
         const written_block &block = block_of(facts, seen);
         const time_ns gap_ns = seen.sent - std::exchange(sent_ns_, seen.sent);
         const bool rests = block.mode == fakeplc::box_mode::standby ||
                            block.mode == fakeplc::box_mode::ramp ||
                            block.mode == fakeplc::box_mode::fault;
         if (!rests || gap_ns > contact_lasts(facts)) return waits_.clear();
-        const bool confirmed = seen.duration != never && seen.exception == 0;
         waits_.resize(facts.channels.size());
-        for (std::size_t c = 0; c < waits_.size(); ++c)
-            judge(facts, facts.channels[c], std::fabs(block.um[c]), confirmed ? gap_ns : 0,
+        // Without a reading the box does not know what a control with a largest step applies.
+        const bool reads = seen.sent - read_ns_ < contact_lasts(facts);
+        for (std::size_t c = 0; c < waits_.size(); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            const bool may_go_on = reads || !channel.has_applied || facts.step_units == 0;
+            judge(facts, channel, std::fabs(block.um[c]), confirmed && may_go_on ? gap_ns : 0,
                   waits_[c]);
+        }
     }
 
   private:
@@ -438,7 +445,7 @@ class retreat_invariant : public invariant {
 
     bool judged_;
     std::vector<waiting> waits_;  // by channel
-    time_ns sent_ns_ = 0;
+    time_ns sent_ns_ = 0, read_ns_ = 0;
 };
 
 }  // namespace

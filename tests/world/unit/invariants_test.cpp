@@ -79,6 +79,8 @@ const edge edges[] = {
     {"reference", 4, 4600, "reload", nullptr},
     // A signal that the file before did not have has no value yet.
     {"counters", 44, 5200, "reload", nullptr},
+    // Without readings the box does not know what a control with a largest step applies.
+    {"retreat", 34000307, 17900, "exception,restart,mute", nullptr},
     // Without `applied` a control's largest step changes the slew rate alone.
     {"reload", 52, 600, "reload", nullptr},
     // A write had its reply too late, and the box goes on from what the PLC applies.
