@@ -288,12 +288,13 @@ class probes_invariant : public invariant {
         probe one;
         one.at = seen.sent;
         // The box measures the lead for a second first.
-        if (seen.sent - started_ns_ > 1200 * ms) one.m = box_->judged({term_.at("of")});
+        const bool knows = box_->knows();
+        if (knows && seen.sent - started_ns_ > 1200 * ms) one.m = box_->judged({term_.at("of")});
         one.is_number = value.has_value();
         one.may_lack = box_->may_lack_input(seen.sent);
         one.lacks = box_->lack_input(needs_, seen.sent);
         one.others = box_->judged(others_);
-        if (value && !channel.tangent && !std::isnan(one.others.value)) {
+        if (knows && value && !channel.tangent && !std::isnan(one.others.value)) {
             const judged_number own_um = own_part(facts, seen);
             if (std::isfinite(own_um.value))
                 one.um = judged_number{

@@ -347,12 +347,14 @@ class product_invariant : public invariant {
     }
     void shown(const json &snapshot) override {
         for (product &one : products_) {
-            const reading now = reading_of(one, snapshot.at("signals"));
+            reading now = reading_of(one, snapshot.at("signals"));
             if (!now.known) continue;
-            if (now.missing_s > 0)
+            if (now.missing_s > 0) {
+                now.missing_s = one.fades_for_s(now.missing_s, of_.time.now());
                 judge(one, now, snapshot.at("terms"));
-            else
+            } else {
                 one.lives(now);
+            }
         }
     }
 
@@ -376,6 +378,7 @@ class product_invariant : public invariant {
         double way = 0, way_before = 0;
         double at = std::nan("");  // of the newest reading of the PLC …
         time_ns at_ns = 0;         // … and its time
+        time_ns fades_ns = never;  // since then an input is missing
 
         void pass(double value, time_ns now, double ahead_ms) {
             const double apart_ms = 1e-6 * static_cast<double>(std::max(now - at_ns, ms));
@@ -384,7 +387,13 @@ class product_invariant : public invariant {
             at = value;
             at_ns = now;
         }
+        // One input may come back while another is missing.
+        double fades_for_s(double missing_s, time_ns now) {
+            fades_ns = std::min(fades_ns, now - static_cast<time_ns>(1e9 * missing_s));
+            return 1e-9 * static_cast<double>(now - fades_ns);
+        }
         void lives(const reading &now) {
+            fades_ns = never;
             before = now;
             way_before = std::exchange(way, 1e9);
         }

@@ -674,11 +674,14 @@ struct draft {
         const std::set<double> all(breaks.begin(), breaks.end());
         const double apart = end / static_cast<double>(all.size() - 1);
         const bool is_near = own.one_in(2);
+        // The middle of the others is a quarter of all off, or about one or two places.
+        const double spans = static_cast<double>(all.size() - 1), few = own.between(0.8, 2.2);
+        const double off = own.one_in(2) ? std::min(few, spans / 5) : -spans / 4;
         for (json &one : breaks) {
             const double at = one;
             if (!(at > 0 && at < end)) continue;
-            const double place = is_near ? at + apart * own.between(-0.45, 0.45) : at * at / end;
-            one = rounded(place);
+            const double bend = off * 4 * at * (end - at) / (end * end);
+            one = rounded(at + apart * (is_near ? own.between(-0.45, 0.45) : bend));
         }
     }
 
@@ -811,6 +814,33 @@ struct draft {
             term["reversal_mm"] = rounded(own.log_between(0.05, 20));
         }
         if (term.contains("backward")) term["backward"]["positions"] = positions;
+    }
+
+    // Likewise: polylines with the breaks of an earlier one, but for the last. The box keeps breaks
+    // that are the same once.
+    void draw_shared_breaks() {
+        dice own(made.twin.seed, "shared breaks");
+        const auto is_curve = [](const json &term) {
+            return term["type"] == "polyline" && term["name"] != "by_hand";
+        };
+        for (std::size_t i = 0; i < root["terms"].size(); ++i) {
+            json &term = root["terms"][i];
+            if (!is_curve(term) || !own.one_in(2)) continue;
+            for (std::size_t k = 0; k < i; ++k) {
+                const json &other = root["terms"][k];
+                if (is_curve(other) && other["signal"] == term["signal"])
+                    share_breaks(term, other["positions"], own);
+            }
+        }
+    }
+    static void share_breaks(json &term, std::vector<double> breaks, dice &own) {
+        const double before = breaks[breaks.size() - 2];
+        breaks.back() = rounded(before + own.between(0.2, 0.8) * (breaks.back() - before));
+        term["positions"] = breaks;
+        term["values"] = values_of(own, breaks.size(), 30);
+        if (!term.contains("backward")) return;
+        term["backward"]["positions"] = breaks;
+        term["backward"]["values"] = values_of(own, breaks.size(), 30);
     }
 
     // Likewise: some polylines become polynomials that end within the travel.
@@ -1141,6 +1171,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_uneven_breaks();
     file.draw_followed_models();
     file.draw_curves_of_tangents();
+    file.draw_shared_breaks();
     file.draw_rotary_axis();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;

@@ -79,6 +79,10 @@ const edge edges[] = {
     {"reference", 4, 4600, "reload", nullptr},
     // A signal that the file before did not have has no value yet.
     {"counters", 44, 5200, "reload", nullptr},
+    // At the edge of its rate the box may have taken another value of a signal.
+    {"probes", 1000052, 1400, "sensors", nullptr},
+    // One input is back while another one is missing.
+    {"fading", 1000146, 900, "sensors", nullptr},
     // Without readings the box does not know what a control with a largest step applies.
     {"retreat", 34000307, 17900, "exception,restart,mute", nullptr},
     // Without `applied` a control's largest step changes the slew rate alone.
