@@ -626,9 +626,9 @@ SECOND_LOOK = [
     ("events-put-aside-in-memory", "A power cut behind the rename of the events loses their last lines",
      (OUTPUT + "events.c", "cb_output_close(events->fd, 0, true)", "cb_output_close(events->fd, 0, false)")),
     ("record-hole", "Behind a failed write the record has a hole",
-     (OUTPUT + "record.c", "ftruncate(record->fd, record->whole_size) != 0 ||\n"
+     (OUTPUT + "record.c", "!cb_output_cut(record->fd, record->whole_size) ||\n"
       "                          lseek(record->fd, record->whole_size, SEEK_SET) < 0;",
-      "ftruncate(record->fd, record->whole_size) != 0;")),
+      "!cb_output_cut(record->fd, record->whole_size);")),
     ("refused-in-an-outage",
      "One refused write before an outage is a fault after three seconds",
      (BOX + "plc.c",

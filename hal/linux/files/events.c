@@ -42,7 +42,7 @@ static int append(struct cb_events *events, const char *line, size_t bytes) {
         return 0;
     }
     error = errno;
-    if (ftruncate(events->fd, events->bytes) != 0) {
+    if (!cb_output_cut(events->fd, events->bytes)) {
         close(events->fd);
         events->fd = -1; /* the next line opens it again, and ends the torn one */
     }

@@ -36,8 +36,14 @@ int cb_output_open_kept(const char *path, int64_t *bytes) {
 int cb_output_open(const char *path) {
     int64_t bytes = 0;
     const int fd = cb_output_open_kept(path, &bytes);
-    if (bytes > 0 && ftruncate(fd, 0) != 0) return refused(fd, errno);
+    if (bytes > 0 && !cb_output_cut(fd, 0)) return refused(fd, errno);
     return fd;
+}
+
+bool cb_output_cut(int fd, int64_t bytes) {
+    while (ftruncate(fd, bytes) != 0)
+        if (errno != EINTR) return false;
+    return true;
 }
 
 size_t cb_output_write(int fd, const void *bytes, size_t size) {

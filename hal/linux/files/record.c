@@ -23,7 +23,7 @@ static bool cut_torn(struct cb_record *record) {
     if (record->is_torn && record->is_stream)
         record->is_torn = cb_output_write(record->fd, "\n", 1) != 1;
     else if (record->is_torn)
-        record->is_torn = ftruncate(record->fd, record->whole_size) != 0 ||
+        record->is_torn = !cb_output_cut(record->fd, record->whole_size) ||
                           lseek(record->fd, record->whole_size, SEEK_SET) < 0;
     return !record->is_torn;
 }
@@ -110,7 +110,7 @@ static int open_file(struct cb_record *record) {
     record->is_stream = bytes < 0;
     if (bytes <= 0) return 0;
     if (goes_on(record, bytes)) {
-        if (record->whole_size < bytes && ftruncate(record->fd, record->whole_size) != 0)
+        if (record->whole_size < bytes && !cb_output_cut(record->fd, record->whole_size))
             return errno;
         return lseek(record->fd, record->whole_size, SEEK_SET) < 0 ? errno : 0;
     }
