@@ -46,6 +46,7 @@ struct question {
     bool is_probe;
     bool was_damaged_reading;  // its reply came on time with a wrong check sum
     bool is_the_same;          // as the one before
+    bool is_reading;           // of the whole read block, on a line
 };
 
 class invariant {

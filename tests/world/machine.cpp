@@ -970,6 +970,24 @@ struct draft {
             transport["rtu"]["baud"] = 115200;
     }
 
+    // Likewise: a line to the PLC whose exchange takes most of its time, behind all that makes the
+    // blocks longer. It has little time for repetitions, or none.
+    void draw_slow_line() {
+        dice own(made.twin.seed, "slow line");
+        json &transport = root["plc"]["transport"];
+        if (!transport.contains("rtu") || !own.one_in(2)) return;
+        const int read = root["plc"]["read"]["count"], write = root["plc"]["write"]["count"];
+        const double characters = 8 + 5 + 9 + 8 + 2 * std::max(read + write, read + read);
+        std::vector<unsigned> fitting;
+        for (const unsigned baud : {9600U, 19200U, 38400U, 57600U, 115200U, 230400U, 460800U}) {
+            const double silence_s = baud > 19200 ? 1.75e-3 : 38.5 / baud;
+            const double takes_s = 11 * characters / baud + 4 * silence_s + 2 * 2e-3;
+            if (takes_s < 0.8e-6 * static_cast<double>(made.period_us)) fitting.push_back(baud);
+        }
+        if (!fitting.empty())
+            transport["rtu"]["baud"] = fitting[own.one_in(2) ? 0 : own.below(fitting.size())];
+    }
+
     // Likewise: other byte orders, of a PLC that may have any, and lags of squares.
     void draw_orders() {
         dice own(made.twin.seed, "orders");
@@ -1172,6 +1190,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_followed_models();
     file.draw_curves_of_tangents();
     file.draw_shared_breaks();
+    file.draw_slow_line();
     file.draw_rotary_axis();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;

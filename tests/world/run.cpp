@@ -114,7 +114,7 @@ run::run(const run_options &with)
                           time_ns duration) { note_exchange(sent, request, reply, duration); };
     plc.asked = [this](bool first, bool settled) {
         each([&](invariant &one) {
-            one.asked({false, first, settled, false, false, false, false});
+            one.asked({false, first, settled, false, false, false, false, false});
         });
     };
     net.torn = [this](time_ns rest) { each([&](invariant &one) { one.reply_torn(rest); }); };
@@ -273,7 +273,8 @@ void run::connect_wires() {
                                  is_probe(before.frame) && !before.refused,
                                  is_probe(now),
                                  before.damaged && is_of_read_block(before.frame),
-                                 now == before.frame};
+                                 now == before.frame,
+                                 is_of_read_block(now)};
             each([&](invariant &one) {
                 one.asked(asked);
                 one.line_asked(quiet, plc_line->silence());

@@ -79,6 +79,14 @@ const edge edges[] = {
     {"reference", 4, 4600, "reload", nullptr},
     // A signal that the file before did not have has no value yet.
     {"counters", 44, 5200, "reload", nullptr},
+    // The last cut of a torn row was interrupted: a defect of the product.
+    {"record", 207, 400, "all", nullptr},
+    // A request whose length has changed on the wire is two.
+    {"order", 1000448, 1700, "delay,wire", nullptr},
+    // A line takes one of the two silences before a request, and noise hits the reading again.
+    {"order", 1000009, 3200, "line", nullptr},
+    // A read-back takes the time of the first write on a slow line.
+    {"counters", 1000170, 100, "none", nullptr},
     // At the edge of its rate the box may have taken another value of a signal.
     {"probes", 1000052, 1400, "sensors", nullptr},
     // One input is back while another one is missing.
