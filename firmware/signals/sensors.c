@@ -70,11 +70,11 @@ static void try_to_trust(const struct cb_config *config, struct cb_sensors_state
 
 /* Takes the readings of all sensors, so that one pass compares values of one moment. What a sensor
  * gave last accuses the others until its prediction has taken its place: a pass in which one stops
- * reading counts for no time, and judges nobody. */
+ * reading, or the first one in which it is doubted, counts for no time, and judges nobody. */
 static void begin_pass(const struct cb_config *config, const struct cb_signal_state *signals,
                        struct cb_sensors_state *state, int64_t since_us, int64_t now_us) {
     const float *center = config->pool + config->sensors.pool;
-    const uint32_t read = state->reads & ~state->doubted;
+    const uint32_t read = state->reads;
     state->reads = 0;
     for (unsigned j = 0; j < config->sensors_count; ++j) {
         const unsigned index = config->sensors.signal[j];

@@ -173,6 +173,19 @@ TEST(sensors, a_wrong_one_that_falls_silent_accuses_no_other) {
 }
 
 // Its last reading agreed, and is one of long ago.
+// World seed 35002574: a healthy sensor was doubted behind another one.
+TEST(sensors, the_last_reading_of_a_doubted_one_accuses_no_other) {
+    machine m(12);
+    m.run(600 * second_us, second_us, healthy);
+    const auto fault = [](unsigned j, double v) { return j == 11 ? v - 30.0 : v; };
+    while (m.counters.sensors_doubted == 0) m.step(30000, fault);
+    EXPECT_EQ(m.doubted(), std::vector<unsigned>{11});
+    for (int pass = 0; pass < 3; ++pass) {
+        m.run(1100000, 30000, fault);
+        for (unsigned j = 0; j < 11; ++j) EXPECT_EQ(m.state.us[j], 0u) << j;
+    }
+}
+
 TEST(sensors, a_mended_one_that_is_silent_is_not_trusted_again) {
     machine m(12);
     m.run(600 * second_us, second_us, [](unsigned j, double v) { return j == 4 ? v + 9.0 : v; });
