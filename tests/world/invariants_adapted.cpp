@@ -39,8 +39,7 @@ class adapted_invariant : public invariant {
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_bounds(one, of_.with_revision(snapshot.at("revision")));
             judge_counts(one);
-            const bool fades = snapshot.value("reason", "").find("faded") != std::string::npos;
-            const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !fades;
+            const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !may_fade(snapshot);
             if (!is_active) settled_.reset();
             judge_settled(one, snapshot.at("terms"), is_active);
         }
@@ -67,6 +66,13 @@ class adapted_invariant : public invariant {
         const time_ns without_ns = sent - std::exchange(read_ns_, sent);
         return steps_on_ &&
                without_ns > facts.signal(counter)->max_age_us * us + 3 * facts.period_us * us;
+    }
+    // A term may be faded out, be it for another term's sake; another reason may hide that one.
+    static bool may_fade(const json &snapshot) {
+        const json &signals = snapshot.at("signals");
+        return snapshot.value("reason", "").find("faded") != std::string::npos ||
+               std::any_of(signals.begin(), signals.end(),
+                           [](const json &one) { return one.at("state") == "stale"; });
     }
     // What a filter has learnt is within the bounds of the file that runs.
     void judge_bounds(const json &one, const machine *of) {

@@ -154,19 +154,24 @@ class permission_invariant : public invariant {
     explicit permission_invariant(run &of)
         : invariant(of, "permission"), lag_ns_(longest_lag(of)) {}
     void started() override {
-        // A daemon that wrote nothing leaves the PLC as the one before it did.
-        was_stopped_ = contact_ ? mode_ == fakeplc::box_mode::stopped : was_stopped_;
-        contact_ = start_known_ = refuses_ = false;
+        // A daemon that tried to write nothing leaves the PLC as the one before it did.
+        was_stopped_ = writes_any_ ? stops_ : was_stopped_;
+        contact_ = start_known_ = refuses_ = writes_any_ = stops_ = false;
         writes_ = 0;
+        refused_ns_ = never;
         mode_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
         if (!contact_ && is_refused_read_back(facts, seen)) {
+            // A second contact has the loss of the first one behind it.
+            const bool again = seen.sent - std::min(refused_ns_, seen.sent) > contact_lasts(facts);
+            refused_ns_ = std::min(refused_ns_, seen.sent);
             lost_ = !trusted();
-            start_known_ = was_stopped_ && !hides_start();
+            start_known_ = was_stopped_ && !again && !hides_start();
         }
+        writes_any_ = writes_any_ || seen.function != 3;
         // Writes that are refused again and again are a loss.
         refuses_ = refuses_ || (seen.function != 3 && seen.exception != 0);
         start_known_ = start_known_ && !refuses_;
@@ -222,6 +227,8 @@ class permission_invariant : public invariant {
         if (start_known_ && !lost_ && block.reason == box_reason::wait)
             violated("a box that has just started waits for permission, and nothing was lost");
         const unsigned mode_before = std::exchange(mode_, block.mode);
+        const bool is_confirmed = stops_ || seen.duration != never;
+        stops_ = block.mode == fakeplc::box_mode::stopped && is_confirmed;
         if (block.mode != fakeplc::box_mode::active) {
             if (is_loss(mode_before, block)) lost_ns_ = seen.sent;
             lost_ = lost_ || lost_ns_ == seen.sent;
@@ -242,8 +249,10 @@ class permission_invariant : public invariant {
 
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2, lost_ns_ = -never / 2;
-    bool lost_ = false, contact_ = false, was_stopped_ = false;
-    bool refuses_ = false;  // a write of this daemon
+    bool lost_ = false, contact_ = false, writes_any_ = false;
+    bool stops_ = false, was_stopped_ = false;  // STOPPED had a reply, here and before the start
+    bool refuses_ = false;                      // a write of this daemon
+    time_ns refused_ns_ = never;                // its first read-back that was refused
     static constexpr int first_writes = 10;
     int writes_ = 0;                              // of this daemon
     bool start_known_ = false;                    // whether something was lost before this start

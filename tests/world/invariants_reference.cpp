@@ -342,7 +342,8 @@ class progress_invariant : public invariant {
         bool was_far = false;  // already when it had waited for as long before
     };
     static double reach_um(const machine &facts, std::size_t c) {
-        return 2e-6 * static_cast<double>(facts.period_us) * facts.channels[c].slew_um_per_s;
+        const double rate = least_slew_um_per_s(facts, facts.channels[c]);
+        return 2e-6 * static_cast<double>(facts.period_us) * rate;
     }
     void judge(const machine &facts, const exchange &seen) {
         using namespace box_reason;

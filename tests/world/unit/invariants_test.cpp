@@ -87,6 +87,15 @@ const edge edges[] = {
     {"order", 1000009, 3200, "line", nullptr},
     // A read-back takes the time of the first write on a slow line.
     {"counters", 1000170, 100, "none", nullptr},
+    // What a sensor gave before it was doubted accused the others: a defect of the product.
+    {"doubts", 35002574, 500, "sensors", nullptr},
+    // Another reason hides that a term is faded out.
+    {"adapted", 35001274, 400, "loss,power_cut,foreign,plc_stop,can", nullptr},
+    // A control with a largest step has a slower rate.
+    {"progress", 35001676, 200, "loss", nullptr},
+    // STOPPED had no reply; each write was refused; a second contact was refused, too.
+    {"permission", 5000107, 4700, "restart,exception", nullptr},
+    {"permission", 148, 800, "restart,exception", nullptr},
     // At the edge of its rate the box may have taken another value of a signal.
     {"probes", 1000052, 1400, "sensors", nullptr},
     // One input is back while another one is missing.
