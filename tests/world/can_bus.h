@@ -51,7 +51,8 @@ class can_bus {
     enum class interface_state { up, down, gone };
     void set_interface(interface_state state);
     interface_state state() const { return state_; }
-    time_ns changed_ns = 0;     // the state, last
+    time_ns changed_ns = 0;           // the state, last
+    time_ns flooded_ns = -never / 2;  // when frames came that no queue holds
     time_ns on_the_bus_ns = 0;  // since then the controller of the box is; nobody hears it before
     time_ns full_until_ns = 0;  // nobody acknowledges what the box sends, and its queue is full
     // A frame on the bus, an error frame too: all sockets with a fitting filter get it.

@@ -139,6 +139,7 @@ void fault_injector::plan_wires() {
                 break;
             default: {
                 note(fault_kind::can, "a flood of frames");
+                of_.can->flooded_ns = of_.time.now();
                 can_frame frame = {};
                 frame.can_id = of_.can->nodes[node].value_id(false);
                 frame.can_dlc = static_cast<std::uint8_t>(drawn.below(9));

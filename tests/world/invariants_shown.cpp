@@ -198,7 +198,8 @@ class shown_invariant : public invariant {
         const signal_facts *facts = of_.running().signal(signal);
         const auto found = values_.find(signal);
         const time_ns now = of_.time.now();
-        if (facts == nullptr || found == values_.end() || is_doubtful(signal) ||
+        const bool is_flooded = of_.can != nullptr && now - of_.can->flooded_ns < 5 * second;
+        if (facts == nullptr || found == values_.end() || is_doubtful(signal) || is_flooded ||
             now - steady_ns_ < 5 * second)
             return;
         time_ns until = now, longest_gap = 0;

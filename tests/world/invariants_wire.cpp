@@ -42,33 +42,37 @@ class order_invariant : public invariant {
     }
 
   private:
-    // Beside slow threads; a write may have none left.
-    bool has_time() const { return longest_lag(of_) == 0 && of_.running().period_us >= 60000; }
-    // A repeated reading has to end early enough for a write, by the longest time of a slave
-    // (docs/rtu.md). All are within four fifths of the period.
-    void judge_reading(const question &now) {
-        const machine &facts = of_.running();
-        const time_ns left_ns = began_ns_ + facts.period_us * us * 4 / 5 - of_.time.now();
-        const bool is_next = now.settled && !now.was_probe && !now.was_damaged_reading;
-        if (left_ns < 0 || is_next) {
-            began_ns_ = of_.time.now();
-            readings_ = 0;
-        }
-        if (now.is_probe || ++readings_ == 1 || facts.fc23) return;
-        const nlohmann::json &plc = facts.file().at("plc");
+    // out: what is left of the time of a cycle's exchange, four fifths of the period
+    time_ns left_ns() const {
+        return began_ns_ + of_.running().period_us * us * 4 / 5 - of_.time.now();
+    }
+    // out: how long a repeated reading and the write behind it may take, by the longest time of a
+    //      slave (docs/rtu.md)
+    time_ns takes_ns() const {
+        const nlohmann::json &plc = of_.running().file().at("plc");
         const std::int64_t registers = plc.at("read").value("count", std::int64_t{0}) +
                                        plc.at("write").value("count", std::int64_t{0}),
                            characters = 8 + 5 + 9 + 8 + 2 * registers;
         const double delay_ms = plc.at("transport").at("rtu").value("slave_delay_ms", 2.0);
-        constexpr time_ns lumps_ns = 6 * ms;  // in which the bytes of the reading may come
-        const auto takes_ns = of_.plc_line->character() * characters * 10 / 11 +
-                              3 * of_.plc_line->silence() + lumps_ns +
-                              static_cast<time_ns>(2e6 * delay_ms);
-        if (takes_ns > left_ns + ms)
+        constexpr time_ns lumps = 6 * ms;  // in which the bytes of the reading may come
+        return of_.plc_line->character() * characters * 10 / 11 + 3 * of_.plc_line->silence() +
+               lumps + static_cast<time_ns>(2e6 * delay_ms);
+    }
+    // Beside slow threads there may be none.
+    bool has_time() const { return longest_lag(of_) == 0 && left_ns() > takes_ns() + 6 * ms; }
+
+    void judge_reading(const question &now) {
+        const bool is_next = now.settled && !now.was_probe && !now.was_damaged_reading;
+        if (left_ns() < 0 || is_next) {
+            began_ns_ = of_.time.now();
+            readings_ = 0;
+        }
+        if (now.is_probe || ++readings_ == 1 || of_.running().fc23) return;
+        if (takes_ns() > left_ns() + ms)
             violated(fmt::format(
                 "a reading is repeated {} ms before its exchange ends, and takes {} ms with the "
                 "write behind it",
-                left_ns / ms, takes_ns / ms));
+                left_ns() / ms, takes_ns() / ms));
     }
     bool judged_;
     bool doubt_ = true;              // of a serial line

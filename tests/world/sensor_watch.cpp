@@ -270,7 +270,9 @@ void sensor_watch::step(std::size_t j, time_ns now) {
     if (one.is != trust::either) return;
     if (one.wrong.lasts(now, doubt_most_ns_)) return become(one, trust::doubted, now);
     if (one.agrees.lasts(now, trust_most_ns_)) return become(one, trust::sure, now);
-    if (now - one.either_ns > trust_least_ns_) counts_ = false;
+    // One that was doubted may be trusted by now, and may then be doubted again.
+    if (now - one.either_ns > (one.was_doubted ? doubt_least_ns_ : trust_least_ns_))
+        counts_ = false;
 }
 
 }  // namespace compbox::world

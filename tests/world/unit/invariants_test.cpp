@@ -96,6 +96,14 @@ const edge edges[] = {
     // STOPPED had no reply; each write was refused; a second contact was refused, too.
     {"permission", 5000107, 4700, "restart,exception", nullptr},
     {"permission", 148, 800, "restart,exception", nullptr},
+    // A sensor that was doubted may be trusted by now, and doubted again.
+    {"doubts", 35003333, 1900, "sensors", nullptr},
+    // Behind a probe there is no time to repeat a damaged reading.
+    {"order", 35002782, 9100, "line", nullptr},
+    // A flood of frames takes the place of two values in a row.
+    {"snapshot", 35004144, 16800, "enable,can", nullptr},
+    // The sensors of a long run are where no sensor is expected.
+    {"rows", 35003020, 20000, "loss,plc_stop", nullptr},
     // At the edge of its rate the box may have taken another value of a signal.
     {"probes", 1000052, 1400, "sensors", nullptr},
     // One input is back while another one is missing.
