@@ -321,9 +321,9 @@ class stats_invariant : public invariant {
 };
 
 // The state file is whole at any time unless someone else has changed it; a file that is not whole
-// is refused. STOPPED in it is true. The last file of a run has it if that run ended so, or wrote
-// nothing behind one that did. The pause that the log names is the true one. The first file of a
-// run has all lags that go on.
+// is refused, and no other one. STOPPED in it is true. The last file of a run has it if that run
+// ended so, or wrote nothing behind one that did. The pause that the log names is the true one. The
+// first file of a run has all lags that go on.
 class state_invariant : public invariant {
   public:
     explicit state_invariant(run &of) : invariant(of, "state") {}
@@ -383,6 +383,10 @@ class state_invariant : public invariant {
         const auto at = line.find(run::state_path);
         if (at == std::string::npos) return;
         const char *words = line.c_str() + at + std::strlen(run::state_path);
+        if (has(" and is not used") && decoded(found_) &&
+            !draws_any(of_, {fault_kind::state, fault_kind::disk, fault_kind::refuse,
+                             fault_kind::hostile, fault_kind::links}))
+            violated("a state file that is whole is not used");
         if (std::sscanf(words, ": %u of %u lags go on after a pause of %lf s", &resumed, &all,
                         &pause_s) != 3)
             return;
@@ -690,7 +694,7 @@ class events_invariant : public invariant {
         if (file->bytes.size() > run::most_events_bytes)
             violated(fmt::format("the file of events has {} bytes", file->bytes.size()));
         const std::vector<std::string> lines = formats::split(file->bytes, '\n');
-        if (was_put_aside() && is_rotated()) {
+        if ((was_put_aside() && is_rotated()) || is_rotated_again(lines.size())) {
             lines_ = safe_ = 0;
             rotated_ = true;
             changes_ = few;  // not judged: the file before has some of their events
@@ -784,6 +788,13 @@ class events_invariant : public invariant {
     bool is_rotated() const {
         const auto before = put_aside();
         return before != nullptr && formats::split(before->bytes, '\n').size() >= lines_;
+    }
+    // A power cut between its two names left the file under both; then it takes the other one
+    // again.
+    bool is_rotated_again(std::size_t lines) const {
+        const auto before = put_aside();
+        return lines < lines_ && before != nullptr &&
+               formats::split(before->bytes, '\n').size() == lines_;
     }
     std::size_t lines_ = 0;
     std::size_t safe_ = 0;  // of a daemon that ended with 0

@@ -1442,6 +1442,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
                 term[bound] = rounded(learnt.between(0.05, 1) * term[bound].get<double>());
     // Without the key a step has as many units as FANUC takes.
     if (dice(of.twin.seed + revision, "step").one_in(4)) root["plc"].erase("max_step_units");
+    // Another control: no step is the largest. Its profile has no handshake.
+    json &plc = root["plc"];
+    if (plc["profile"] == "fanuc" && dice(of.twin.seed + revision, "profile").one_in(6)) {
+        plc["profile"] = "generic";
+        for (const char *key : {"max_step_units", "handshake", "axes_at_once"}) plc.erase(key);
+    }
     // The NC is not asked any more.
     if (dice(of.twin.seed + revision, "handshake").one_in(4)) root["plc"].erase("handshake");
     // Nothing doubts a sensor any more.
@@ -1532,6 +1538,11 @@ time_ns contact_lasts(const machine &of) {
     return 8 * of.period_us * us;
 }
 
+// out: in units; without one it is infinite
+static double largest_step(const machine &of) {
+    return of.step_units > 0 ? of.step_units : std::numeric_limits<double>::infinity();
+}
+
 bool is_wider(const machine &fresh, const machine &than) {
     for (std::size_t c = 0; c < std::min(fresh.channels.size(), than.channels.size()); ++c) {
         const channel_facts &is = fresh.channels[c], &was = than.channels[c];
@@ -1539,7 +1550,7 @@ bool is_wider(const machine &fresh, const machine &than) {
             is.slew_um_per_s > was.slew_um_per_s || is.file_slope_limit > was.file_slope_limit ||
             is.slope_slew_per_s > was.slope_slew_per_s ||
             fresh.map.channels[c].scale_um != than.map.channels[c].scale_um ||
-            (is.has_applied && fresh.step_units > than.step_units))
+            (is.has_applied && largest_step(fresh) > largest_step(than)))
             return true;
     }
     if (fresh.pairs.size() < than.pairs.size()) return true;

@@ -104,6 +104,8 @@ const edge edges[] = {
     {"snapshot", 35004144, 16800, "enable,can", nullptr},
     // The sensors of a long run are where no sensor is expected.
     {"rows", 35003020, 20000, "loss,plc_stop", nullptr},
+    // A power cut left the file of events under both of its names.
+    {"events", 52, 300, "power_cut,restart", nullptr},
     // At the edge of its rate the box may have taken another value of a signal.
     {"probes", 1000052, 1400, "sensors", nullptr},
     // One input is back while another one is missing.
