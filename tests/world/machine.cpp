@@ -970,6 +970,16 @@ struct draft {
             transport["rtu"]["baud"] = 115200;
     }
 
+    // Likewise: temperatures that fall while their number rises, from a zero of their own.
+    void draw_scales() {
+        dice own(made.twin.seed, "scales");
+        for (json &signal : root["signals"]) {
+            if (!signal.contains("plc") || signal["type"] != "int16" || !own.one_in(3)) continue;
+            signal["scale"] = -signal["scale"].get<double>();
+            signal["zero"] = rounded(own.between(-50, 50));
+        }
+    }
+
     // Likewise: a line to the PLC whose exchange takes most of its time, behind all that makes the
     // blocks longer. It has little time for repetitions, or none.
     void draw_slow_line() {
@@ -1191,6 +1201,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_curves_of_tangents();
     file.draw_shared_breaks();
     file.draw_slow_line();
+    file.draw_scales();
     file.draw_rotary_axis();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
