@@ -816,8 +816,8 @@ struct draft {
         if (term.contains("backward")) term["backward"]["positions"] = positions;
     }
 
-    // Likewise: polylines with the breaks of an earlier one, but for the last. The box keeps breaks
-    // that are the same once.
+    // Likewise: two polylines with few breaks, the same but for the last. The box keeps breaks that
+    // are the same once.
     void draw_shared_breaks() {
         dice own(made.twin.seed, "shared breaks");
         const auto is_curve = [](const json &term) {
@@ -827,15 +827,21 @@ struct draft {
             json &term = root["terms"][i];
             if (!is_curve(term) || !own.one_in(2)) continue;
             for (std::size_t k = 0; k < i; ++k) {
-                const json &other = root["terms"][k];
-                if (is_curve(other) && other["signal"] == term["signal"])
-                    share_breaks(term, other["positions"], own);
+                json &other = root["terms"][k];
+                if (!is_curve(other) || other["signal"] != term["signal"]) continue;
+                const std::vector<double> all = other["positions"];
+                if (all.size() < 6) continue;
+                std::vector<double> breaks = {all.front(), all[all.size() / 3], all[all.size() / 2],
+                                              all.back()};
+                set_breaks(other, breaks, own);
+                breaks.back() =
+                    rounded(breaks[2] + own.between(0.2, 0.8) * (breaks[3] - breaks[2]));
+                set_breaks(term, breaks, own);
+                break;
             }
         }
     }
-    static void share_breaks(json &term, std::vector<double> breaks, dice &own) {
-        const double before = breaks[breaks.size() - 2];
-        breaks.back() = rounded(before + own.between(0.2, 0.8) * (breaks.back() - before));
+    static void set_breaks(json &term, const std::vector<double> &breaks, dice &own) {
         term["positions"] = breaks;
         term["values"] = values_of(own, breaks.size(), 30);
         if (!term.contains("backward")) return;
