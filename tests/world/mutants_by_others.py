@@ -2314,4 +2314,94 @@ DEFECTS_BY_OTHERS = [
       "\"%s: %s, so no measurement is taken\", hand->path, why);\n"
       "        hand->begun = true;\n"
       "    }\n")),
+    ("other-ppoly-index-off-by-two",
+     "The computed span index is accepted for breaks that are off by up to two spans, but only one is "
+     "corrected: a curve with uneven breaks takes the piece beside the right one for a cycle after a start or "
+     "a jump of the axis, and in every cycle for the slope of a tangent",
+     ("models/ppoly.c",
+      "if (!(cb_abs(off) < 1.0f)) return;",
+      "if (!(cb_abs(off) < 2.0f)) return;")),
+    ("other-adapt-asked-probe-counts-as-measured",
+     "A probe that is only asked to be repeated, or is refused, already counts as the place of the last "
+     "measurement: sigma_um of the adapted term is too small there, and the repetition is weighted too little",
+     ("models/adapt.c",
+      "    if (cb_adapt_was_taken(outcome))\n"
+      "        remember(state, own);\n"
+      "    else\n"
+      "        state->bias_d = narrow_d;\n"
+      "    return outcome;\n",
+      "    if (!cb_adapt_was_taken(outcome)) state->bias_d = narrow_d;\n"
+      "    remember(state, own);\n"
+      "    return outcome;\n")),
+    ("other-bank-lag-from-unheld",
+     "The lags of a trained bank start each step from the raw input and not from the one held at its range: "
+     "with an input beyond the margin they go on past the bound, and the term's value with them",
+     (SIGNALS + "bank.c",
+      "const float from = held(config, bank, i, state->value[inputs[i]]);",
+      "const float from = state->value[inputs[i]];")),
+    ("other-sensors-second-doubt-too-early",
+     "Behind a doubt only the doubted sensor's time begins anew: a healthy one that the faulty one had accused "
+     "is doubted in the next pass, a second later",
+     (SIGNALS + "sensors.c",
+      "    for (unsigned j = 0; j < count; ++j) {\n"
+      "        if (!is_doubted(state, j)) state->us[j] = 0;\n"
+      "    }\n"
+      "    state->doubted |= 1u << state->worst;\n",
+      "    state->us[state->worst] = 0;\n"
+      "    state->doubted |= 1u << state->worst;\n")),
+    ("other-grid-ignores-last-break",
+     "Two curves of one signal whose breaks differ only in the last one share a grid: the second one ends "
+     "where the first one does, held too early or extrapolated beyond its own end",
+     ("firmware/terms/derive.c",
+      "for (unsigned i = 0; i <= curve->spans; ++i) {",
+      "for (unsigned i = 0; i < curve->spans; ++i) {")),
+    ("other-quantisation-of-negative-scale",
+     "With a negative scale the allowance of one raw unit is subtracted from the permitted change: a slow "
+     "sensor with max_rate_per_s is refused as too fast at each step of its last digit",
+     ("firmware/config/derive.c",
+      "cb_number_is_integer(signal->type) ? cb_abs(signal->scale) : 0.0f;",
+      "cb_number_is_integer(signal->type) ? signal->scale : 0.0f;")),
+    ("other-reload-invents-a-probe",
+     "A reload that gives an adapted term another signal for its count compares the first count of that signal "
+     "with the last one of the old signal, and takes a measurement that nobody made",
+     (BOX + "adopt.c",
+      "    const struct cb_signal_config *count_a = &fresh->config.signals[a->signals[1]];\n"
+      "    const struct cb_signal_config *count_b = &old->config.signals[b->signals[1]];\n"
+      "    struct cb_probe_state *probe = &fresh->probes[i];\n"
+      "    if (!same_name(fresh->config.outputs[a->output].name, old->config.outputs[b->output].name))\n"
+      "        return;\n"
+      "    cb_probe_resume(&fresh->config, i, &old->probes[k], probe);\n"
+      "    probe->counted = old->probes[k].counted && same_name(count_a->name, count_b->name);\n",
+      "    struct cb_probe_state *probe = &fresh->probes[i];\n"
+      "    if (!same_name(fresh->config.outputs[a->output].name, old->config.outputs[b->output].name))\n"
+      "        return;\n"
+      "    cb_probe_resume(&fresh->config, i, &old->probes[k], probe);\n"
+      "    probe->counted = old->probes[k].counted;\n")),
+    ("other-unapplied-survives-standby",
+     "The time for which the PLC applied another value stays while the box is not ACTIVE: when it is enabled "
+     "again it reports UNAPPLIED at once, although the PLC follows",
+     (BOX + "applied.c",
+      "    state->outside_us = judged ? outside_us(state->outside_us, inside, elapsed_us, most_us) : 0;\n",
+      "    if (judged)\n"
+      "        state->outside_us = outside_us(state->outside_us, inside, elapsed_us, most_us);\n")),
+    ("other-read-back-without-room-for-the-write",
+     "The read-back of each second needs only as much time as one exchange is left, not that of the write "
+     "behind it too: with a PLC whose replies take half of the period, the write of that cycle is late or "
+     "missing",
+     ("hal/cycle.c",
+      "return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us - cycle->exchange_us;",
+      "return now(exchange->hal) + cycle->exchange_us <= exchange->deadline_us;")),
+    ("other-record-goes-on-with-a-later-time",
+     "A record whose last row is later than the wall clock is put aside, but the new file's time_s goes on "
+     "behind that row instead of at 0",
+     (OUTPUT + "record.c",
+      "    record->before_unix_us = record->whole_size = 0;\n",
+      "    record->whole_size = 0;\n")),
+    ("other-archive-rotates-beneath-a-compression",
+     "A record that is put aside while an older one is being compressed changes the numbers beneath it: the "
+     "compressed file takes the place of the newest one, whose rows are lost",
+     (OUTPUT + "archive.c",
+      "    const bool limited = archive->most_bytes > 0;\n"
+      "    cb_archive_finish(archive);\n",
+      "    const bool limited = archive->most_bytes > 0;\n")),
 ]
