@@ -71,8 +71,9 @@ class adapted_invariant : public invariant {
     static bool may_fade(const json &snapshot) {
         const json &signals = snapshot.at("signals");
         return snapshot.value("reason", "").find("faded") != std::string::npos ||
-               std::any_of(signals.begin(), signals.end(),
-                           [](const json &one) { return one.at("state") == "stale"; });
+               std::any_of(signals.begin(), signals.end(), [](const json &one) {
+                   return one.at("state") == "stale" || one.at("state") == "never";
+               });
     }
     // What a filter has learnt is within the bounds of the file that runs.
     void judge_bounds(const json &one, const machine *of) {

@@ -106,6 +106,8 @@ const edge edges[] = {
     {"rows", 35003020, 20000, "loss,plc_stop", nullptr},
     // A power cut left the file of events under both of its names.
     {"events", 52, 300, "power_cut,restart", nullptr},
+    // Behind a start a signal has had no value yet, and another reason hides that.
+    {"adapted", 36000868, 11400, "kill,foreign", nullptr},
     // At the edge of its rate the box may have taken another value of a signal.
     {"probes", 1000052, 1400, "sensors", nullptr},
     // One input is back while another one is missing.
