@@ -166,8 +166,8 @@ class permission_invariant : public invariant {
         if (!contact_ && is_read_back(facts, seen)) first_contact(facts, seen);
         if (!contact_ && is_refused_read_back(facts, seen)) {
             // A second contact has the loss of the first one behind it.
-            const bool again = seen.sent - std::min(refused_ns_, seen.sent) > contact_lasts(facts);
             refused_ns_ = std::min(refused_ns_, seen.sent);
+            const bool again = seen.sent - refused_ns_ > contact_lasts(facts);
             lost_ = !trusted();
             start_known_ = was_stopped_ && !again && !hides_start();
         }

@@ -1306,13 +1306,18 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
     return made;
 }
 
+// out: the names of a term's outputs
+json outputs_of(const json &term) {
+    return term.value("outputs", json::array({term["name"]}));
+}
+
 // out: whether the later term takes an output of the earlier
 bool takes_output_of(const json &later, const json &earlier) {
     std::set<std::string> taken;
     for (const char *key : {"term", "of"})
         if (later.contains(key)) taken.insert(later[key].get<std::string>());
     for (const std::string name : later.value("errors", json::array())) taken.insert(name);
-    const json outputs = earlier.value("outputs", json::array({earlier["name"]}));
+    const json outputs = outputs_of(earlier);
     return std::any_of(outputs.begin(), outputs.end(),
                        [&taken](const json &name) { return taken.count(name) > 0; });
 }
@@ -1349,7 +1354,7 @@ bool names(const json &part, const std::string &name) {
 bool is_spare(const json &root, const json &term) {
     for (const json &other : root["terms"])
         if (takes_output_of(other, term)) return false;
-    const json outputs = term.value("outputs", json::array({term["name"]}));
+    const json outputs = outputs_of(term);
     return std::none_of(root["channels"].begin(), root["channels"].end(), [&](const json &one) {
         return std::all_of(one["sum"].begin(), one["sum"].end(),
                            [&](const json &of) { return names(outputs, of); });
@@ -1358,8 +1363,7 @@ bool is_spare(const json &root, const json &term) {
 
 // Its channels go on without it.
 void drop_term(json &root, std::size_t index) {
-    const json term = root["terms"][index];
-    const json outputs = term.value("outputs", json::array({term["name"]}));
+    const json term = root["terms"][index], outputs = outputs_of(term);
     root["terms"].erase(index);
     for (json &channel : root["channels"])
         for (std::size_t i = channel["sum"].size(); i-- > 0;)
@@ -1371,11 +1375,12 @@ void drop_term(json &root, std::size_t index) {
         for (std::size_t i = signals.size(); i-- > 0;) {
             const json signal = signals[i];
             const std::string name = signal["name"];
+            const bool was_used = names(term, name) || sources.count(name) > 0;
+            if (signal.value("unit", "") == "mm" || !was_used) continue;
             json rest = root;
             rest["signals"].erase(i);
-            const bool was_used = names(term, name) || sources.count(name) > 0;
-            if (signal.value("unit", "") == "mm" || !was_used || names(rest, name)) continue;
-            sources.insert(signal.value("lag_of", name));
+            if (names(rest, name)) continue;
+            if (signal.contains("lag_of")) sources.insert(signal["lag_of"]);
             signals.erase(i);
             again = true;
         }
@@ -1466,7 +1471,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         for (const char *key : {"max_step_units", "handshake", "axes_at_once"}) plc.erase(key);
     }
     // The NC is not asked any more.
-    if (dice(of.twin.seed + revision, "handshake").one_in(4)) root["plc"].erase("handshake");
+    if (dice(of.twin.seed + revision, "handshake").one_in(4)) plc.erase("handshake");
     // Nothing doubts a sensor any more.
     if (dice(of.twin.seed + revision, "sensors").one_in(4)) root.erase("sensors");
     if (root.contains("pairs") && own.one_in(12)) root.erase("pairs");

@@ -385,16 +385,16 @@ reference_box::function reference_box::volumetric_of(const json &term, char axis
 
 void reference_box::take(const machine &of) {
     reference_box fresh(of);
-    for (signal &one : fresh.signals_)
-        for (const signal &was : signals_)
-            if (was.name == one.name) {
-                const auto source = one.source;
-                const auto reported = one.reported;
-                one = was;
-                one.source = source;
-                one.reported = reported;
-                break;
-            }
+    for (signal &one : fresh.signals_) {
+        const auto was =
+            std::find_if(signals_.begin(), signals_.end(),
+                         [&one](const signal &other) { return other.name == one.name; });
+        if (was == signals_.end()) continue;
+        const signal made = one;
+        one = *was;
+        one.source = made.source;
+        one.reported = made.reported;
+    }
     for (lag &one : fresh.lags_) {
         const lag made = one;
         if (const lag *was = ancestor_of(one)) adopt(fresh, one, *was);

@@ -24,8 +24,7 @@ int cb_output_append(const char *path, int64_t *bytes);
 /* Goes on after a short write. out: number of bytes written; fewer than size only with errno set */
 size_t cb_output_write(int fd, const void *bytes, size_t size);
 
-/* Cuts a file off behind `bytes`, be it interrupted or not. out: false, with errno: it is unchanged
- */
+/* Cuts a file off behind `bytes`, be it interrupted or not. out: false, with errno, if it is not */
 bool cb_output_cut(int fd, int64_t bytes);
 
 /* Closes a file. in : error: errno of what was written to it, 0: it is whole; durable: a whole one
