@@ -231,9 +231,16 @@ class stats_invariant : public invariant {
         alarms_ += alarm && !alarm_;
         alarm_ = alarm;
     }
+    // What the reply to a write takes on a serial line.
+    time_ns line_ns(const exchange &seen) const {
+        if (of_.plc_line == nullptr) return 0;
+        const std::size_t characters = seen.function == 23 ? 5 + 2 * seen.read.size() : 8;
+        return static_cast<time_ns>(characters) * of_.plc_line->character();
+    }
     void time_exchange(const machine &facts, const exchange &seen) {
         if (!seen.written.empty() && read_ns_ > 0) {
-            const double us_ = 1e-3 * static_cast<double>(seen.now + seen.duration - read_ns_);
+            const time_ns replied_ns = seen.now + seen.duration + line_ns(seen);
+            const double us_ = 1e-3 * static_cast<double>(replied_ns - read_ns_);
             exchange_us_ += exchanges_++ == 0 ? us_ : (us_ - exchange_us_) / 8;
         }
         if (is_reading(facts, seen)) read_ns_ = seen.sent;

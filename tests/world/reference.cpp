@@ -685,11 +685,15 @@ void reference_box::look(time_ns now) {
     }
     used_.insert(used_.end(), hidden_.begin(), hidden_.end());
     unsure_.insert(unsure_.end(), hidden_near_.begin(), hidden_near_.end());
-    // Until the box takes a new sample, its lags are where the one before left them.
+    // Until the box takes a new sample, its lags are where the one before left them. It may have
+    // taken one that came behind the reading.
     for (const lag &one : lags_) {
         const signal &of = signals_[one.of];
-        if (!of.from_plc && now - of.at_ns < of.waits_ns)
-            unsure_[one.to] += std::fabs(one.y - one.before);
+        if (of.from_plc || now - of.at_ns >= of.waits_ns) continue;
+        unsure_[one.to] += std::fabs(one.y - one.before);
+        if (one.known && one.at_ns != of.at_ns)
+            unsure_[one.to] +=
+                std::fabs(power_of(std::clamp(of.value, one.min, one.max), one.power) - one.y);
     }
 }
 

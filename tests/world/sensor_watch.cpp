@@ -202,8 +202,10 @@ void sensor_watch::judge(const std::vector<reading> &readings, time_ns now) {
     std::vector<std::size_t> unsure;
     for (std::size_t j = 0; j < n; ++j) {
         const sensor &one = sensors_[j];
-        if (one.is != trust::sure) doubtful |= 1u << j;
-        if (one.used == use::either || now - one.used_ns <= pass_ns_ + late_ns_)
+        const bool changes = now - one.used_ns <= pass_ns_ + late_ns_;
+        // The box predicts one without a value too, and that is no doubt.
+        if (one.is != trust::sure && readings[j].fresh && !changes) doubtful |= 1u << j;
+        if (one.used == use::either || changes)
             unsure.push_back(j);
         else if (one.used == use::predicted)
             predicts |= 1u << j;
@@ -218,7 +220,7 @@ void sensor_watch::judge(const std::vector<reading> &readings, time_ns now) {
     }
     for (std::size_t j = 0; j < n; ++j) {
         sensor &one = sensors_[j];
-        const std::size_t others = ones_of(doubtful & ~(1u << j));
+        const std::size_t others = n - count(trust::sure) - (one.is != trust::sure);
         one.quiet.go_on(one.now.quiet, now);
         one.wrong.go_on(one.now.wrong && one.is != trust::doubted && 3 * (others + 1) <= n &&
                             now - begun_ns_ > pass_ns_ && now - stopped_ns_ > pass_ns_ + late_ns_,

@@ -286,6 +286,12 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A sample of CAN comes between the reading and the step, and a lag of 21 ms follows it.
+    {"reference", 35003634, 2500, "sensors", nullptr},
+    // Behind a suspend nobody is known to be trusted; one without a value is predicted, no doubt.
+    {"doubts", 34000840, 3800, "sensors", nullptr},
+    // The reply to a write takes 12 ms on a serial line, and belongs to the lead.
+    {"statistics", 36000818, 2500, "sensors", nullptr},
     // A volumetric term needs each position, also one that its output does not depend on.
     {"reference", 3088, 2500, "sensors", nullptr},
     // Another device took the first blocks of a FAULT.
