@@ -113,6 +113,9 @@ class adapted_invariant : public invariant {
         const double most_um = adapts_[0].at("bias_max_um");
         const bool at_bound = std::fabs(filter.first) >= most_um * (1 - 1e-6);
         if (at_bound) resumed_.reset();
+        // Two probes may take it there and back, and the term is one of them behind.
+        const auto taken = one.value("taken", std::uint64_t{0});
+        if (std::exchange(taken_, taken) != taken) settled_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled =
             std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
@@ -141,9 +144,10 @@ class adapted_invariant : public invariant {
     std::uint16_t count_ = 0;
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
-    bias_and_gain settled_;  // if the term has arrived there
-    bias_and_gain newest_;   // by a snapshot
-    bias_and_gain resumed_;  // that of the run before, until this one is ACTIVE
+    std::uint64_t taken_ = 0;  // probes, by a snapshot
+    bias_and_gain settled_;    // if the term has arrived there
+    bias_and_gain newest_;     // by a snapshot
+    bias_and_gain resumed_;    // that of the run before, until this one is ACTIVE
 };
 
 // The settings of a term, by the names of their keys.

@@ -180,6 +180,8 @@ class look_back_invariant : public invariant {
         since_ns_ = of_.time.now();
         unread_ = 0;
     }
+    // The connection before it may have taken one along.
+    void asked(const question &now) override { unread_ += now.first; }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
@@ -196,7 +198,7 @@ class look_back_invariant : public invariant {
   private:
     static constexpr int most_unread = 3;
     bool judged_;
-    int unread_ = 0;  // the newest without a reply
+    int unread_ = 0;  // the newest, as many as may have no reply
     time_ns since_ns_ = 0;
 };
 

@@ -290,6 +290,8 @@ const edge edges[] = {
     {"reference", 35003634, 2500, "sensors", nullptr},
     // Behind a suspend nobody is known to be trusted; one without a value is predicted, no doubt.
     {"doubts", 34000840, 3800, "sensors", nullptr},
+    // Two probes take the filter there and back, and the term is one of them behind.
+    {"adapted", 37000513, 5250, "none", nullptr},
     // The reply to a write takes 12 ms on a serial line, and belongs to the lead.
     {"statistics", 36000818, 2500, "sensors", nullptr},
     // A volumetric term needs each position, also one that its output does not depend on.
