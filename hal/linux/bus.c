@@ -20,10 +20,12 @@ static void pause_a_little(void) {
     nanosleep(&wait, NULL);
 }
 
-/* Publishes the state of device, counters and modules; a full ring drops it. */
+/* Publishes the state of device, counters and modules; behind a full ring it waits for the next
+ * pause. */
 static void report(struct cb_bus *bus) {
     const int32_t slot = cb_ring_slot_to_write(&bus->ring);
-    if (slot < 0) return;
+    bus->untold = slot < 0;
+    if (bus->untold) return;
     struct cb_bus_report *out = &bus->reports[slot];
     const struct cb_serial *serial = &bus->rtu.serial;
     *out = (struct cb_bus_report){.open = serial->fd >= 0,
@@ -84,7 +86,7 @@ static void *run(void *argument) {
         const bool back = bus->rtu.serial.connects != connects;
         connects = bus->rtu.serial.connects;
         if (back) cb_bus_turns_line_is_back(&bus->turns, now_us);
-        if (back || !open) report(bus);
+        if (back || !open || bus->untold) report(bus);
         if (!open || !take_turn(bus)) pause_a_little();
     }
     cb_serial_close(&bus->rtu.serial);
@@ -132,6 +134,8 @@ void cb_bus_stop(struct cb_bus *bus) {
     pthread_join(bus->thread, NULL);
     stop_opener(bus);
     bus->runs = false;
+    cb_bus_look(bus);
+    if (bus->untold) report(bus);
     cb_bus_look(bus);
 }
 

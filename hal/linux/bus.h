@@ -33,7 +33,8 @@ struct cb_bus {
     struct cb_serial_opener *opener; /* in memory of its own, because it may outlive a stop */
     struct cb_bus_turns turns;
     bool runs;
-    bool quit; /* a cb_flag */
+    bool quit;   /* a cb_flag */
+    bool untold; /* the newest state found no room in the ring */
     pthread_t thread;
     struct cb_ring ring;
     struct cb_bus_report reports[CB_BUS_REPORTS];

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -235,6 +236,7 @@ class agreement_invariant : public invariant {
                 compare(times, all.at(times).at(member), snapshot.at(times).at(member));
         compare_parts("signals", {"implausible", "stale"}, all, snapshot);
         compare_parts("channels", {"limited", "excessive"}, all, snapshot);
+        check_exceptions(all.at("plc"));
     }
 
   private:
@@ -242,6 +244,18 @@ class agreement_invariant : public invariant {
         if (is != shown)
             violated(fmt::format("{} is {} in the statistics and {} in the snapshot", what,
                                  is.dump(), shown.dump()));
+    }
+    // Each has a code of one digit or two.
+    void check_exceptions(const json &plc) {
+        static const std::regex code(R"(1?\d)");
+        std::uint64_t sum = 0;
+        for (const auto &[key, count] : plc.at("exceptions_by_code").items()) {
+            sum += count.get<std::uint64_t>();
+            if (!std::regex_match(key, code)) violated("an exception has the code " + key);
+        }
+        if (plc.at("exceptions") != sum)
+            violated(
+                fmt::format("{} exceptions, {} by their codes", plc.at("exceptions").dump(), sum));
     }
     // The statistics leave out what has counted nothing.
     void compare_parts(const char *parts, const std::vector<const char *> &counters,

@@ -136,6 +136,11 @@ class stats_invariant : public invariant {
         const nlohmann::json &exchanges = all.at("exchange_us"), &intervals = all.at("interval_us");
         if (exchanges.value("count", 0) > 0 && exchanges.value("min", 1.0) <= 0)
             violated("an exchange took no time");
+        const nlohmann::json &steps = all.at("step_us");
+        if (longest_lag(of_) == 0 && steps.value("count", 0) > 20 &&
+            steps.value("mean", 0.0) > 0.5 && !draws(of_, fault_kind::partial))
+            violated(fmt::format("a step takes {} µs, and the world gives it none",
+                                 steps.value("mean", 0.0)));
         if (intervals.value("count", 0) > 0 && longest_lag(of_) == 0 &&
             intervals.value("min", 0.0) < 0.5 * all.value("period_us", 0.0) &&
             !draws_any(of_, {fault_kind::boundary, fault_kind::reload, fault_kind::hostile}))
@@ -292,12 +297,13 @@ class stats_invariant : public invariant {
                             fault_kind::plc_stop, fault_kind::foreign, fault_kind::partial,
                             fault_kind::twice, fault_kind::memory}))
             return;
-        compare("reads_torn", box.value("reads_torn", 0u), torn_, torn_);
+        const bool all_come = !draws(of_, fault_kind::stray);  // which may come in their place
+        compare("reads_torn", box.value("reads_torn", 0u), all_come ? torn_ : 0, torn_);
         // A refusal behind two probes of a serial line may be that of the other probe: unknown.
         const std::uint64_t uncertain =
             of_.running().plc_device.empty() ? 0 : box.value("writes_unknown", 0u);
         compare("writes_refused", box.value("writes_refused", 0u),
-                refused_ - std::min(refused_, uncertain), refused_ + probes_);
+                all_come ? refused_ - std::min(refused_, uncertain) : 0, refused_ + probes_);
     }
     void compare(const char *counter, std::uint64_t counted, std::uint64_t happened,
                  std::uint64_t most) {
@@ -725,6 +731,7 @@ class events_invariant : public invariant {
     }
     // Only an event about a coefficient file says who brought one.
     void judge(const nlohmann::json &event) {
+        judge_clocks(event);
         lost_ += event.value("lost_before", std::uint64_t{0});
         const std::string mode = event.value("mode", "");  // others have none
         modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;
@@ -742,6 +749,17 @@ class events_invariant : public invariant {
         if (event.contains("file") && event.at("file").contains("requested_by") &&
             longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
             judge_request(event);
+    }
+    // Both of its times are of one moment.
+    void judge_clocks(const nlohmann::json &event) {
+        if (!event.contains("boot_s") ||
+            draws_any(of_, {fault_kind::clock, fault_kind::suspend, fault_kind::power_cut}))
+            return;
+        const double apart_s = event.value("unix_s", 0.0) - event.value("boot_s", 0.0);
+        const double wants_s = 1e-9 * static_cast<double>(of_.box.wall() - of_.box.boottime());
+        if (std::abs(apart_s - wants_s) > 0.1)
+            violated(
+                fmt::format("an event has clocks {} s apart, they are {} s", apart_s, wants_s));
     }
     void note_signal() {
         if (hung_ups_.empty() || hung_ups_.back() != of_.box.hung_up_ns)

@@ -69,6 +69,10 @@ class applied_invariant : public invariant {
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         if (sent_.empty()) start_ns_ = seen.sent;
+        // Behind a gap the box begins with what the PLC held, and that counts as sent.
+        if (sent_.empty() || 2 * (seen.sent - sent_.back().ns) > 5 * facts.period_us * us)
+            placed_ns_ = seen.sent;
+        if (seen.sent - placed_ns_ <= of_late) forget_outside();
         sent_.push_back({seen.sent, block});
         // The newest one from before is what the PLC held when that time began.
         while (sent_.size() > 1 && sent_[1].ns < seen.sent - of_late) sent_.pop_front();
@@ -90,8 +94,8 @@ class applied_invariant : public invariant {
             if (channels_[c].beyond >= most_beyond && seen.sent - channels_[c].beyond_ns >= lag_ns_)
                 violated(fmt::format("ACTIVE, and {} readings show {} applied beyond error_um",
                                      channels_[c].beyond, channel));
-            if (hears_all_ && follows && channels_[c].outside_s > report_s &&
-                block.reason != box_reason::unapplied)
+            if (hears_all_ && follows && seen.sent - placed_ns_ > of_late &&
+                channels_[c].outside_s > report_s && block.reason != box_reason::unapplied)
                 violated(
                     fmt::format("ACTIVE with reason {}, and what the PLC applies to {} was "
                                 "outside what was sent for {} s",
@@ -162,6 +166,7 @@ class applied_invariant : public invariant {
     std::deque<sent_block> sent_;  // of late
     time_ns read_ns_ = 0, start_ns_ = 0;
     time_ns idle_ns_ = 0;     // the newest write that is not ACTIVE
+    time_ns placed_ns_ = 0;   // the first write behind the newest gap
     time_ns outside_ns_ = 0;  // the newest time when a channel was not what was sent just now
 };
 

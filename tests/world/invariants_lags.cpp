@@ -101,7 +101,8 @@ class lags_invariant : public invariant {
         const bool holds_others = held_ranges(was) != held_ranges(is);
         for (auto lag = lags_.begin(); lag != lags_.end();) {
             const bool of_bank = lag->first.signal.empty();
-            const bool gone = of_bank ? holds_others : is.signal(lag->first.signal) == nullptr;
+            const bool gone = of_bank ? holds_others || !has_bank_lag(is, lag->first)
+                                      : is.signal(lag->first.signal) == nullptr;
             lag = gone || lag->second.of_file ? lags_.erase(lag) : std::next(lag);
         }
         for (const json &signal : is.file().at("signals"))
@@ -171,6 +172,16 @@ class lags_invariant : public invariant {
                               ranges[i].held(1e30));
         }
         return found;
+    }
+    static bool has_bank_lag(const machine &of, const lag_key &key) {
+        for (const json &term : of.file().at("terms")) {
+            if (!term.contains("bank")) continue;
+            const json &bank = term.at("bank"), &inputs = bank.at("inputs");
+            if (std::find(inputs.begin(), inputs.end(), key.of) == inputs.end()) continue;
+            for (const json &tau_s : bank.at("tau_s"))
+                if (tau_s.get<float>() == key.tau_s) return true;
+        }
+        return false;
     }
     static lag_key key_of(const state_file::record &record) {
         const std::string signal = record.name;

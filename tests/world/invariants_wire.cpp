@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <deque>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -62,7 +63,10 @@ class order_invariant : public invariant {
     bool has_time() const { return longest_lag(of_) == 0 && left_ns() > takes_ns() + 6 * ms; }
 
     void judge_reading(const question &now) {
-        const bool is_next = now.settled && !now.was_probe && !now.was_damaged_reading;
+        // A damaged reply that was late too is not known as one here: soon behind it comes a
+        // repetition.
+        const bool is_soon = 2 * (of_.time.now() - began_ns_) < of_.running().period_us * us;
+        const bool is_next = !is_soon && now.settled && !now.was_probe && !now.was_damaged_reading;
         if (left_ns() < 0 || is_next) {
             began_ns_ = of_.time.now();
             readings_ = 0;
@@ -314,6 +318,70 @@ class pace_invariant : public invariant {
     std::map<int, module> modules_;
 };
 
+// The statistics know of the bus what was on its wire, up to a second ago.
+class modules_invariant : public invariant {
+  public:
+    explicit modules_invariant(run &of)
+        : invariant(of, "modules"), judged_(!of.box_machine.modules.empty() && is_steady(of)) {}
+    void started() override {
+        turns_.clear();
+        modules_.clear();
+        asked_ = nullptr;
+        requests_ = old_requests_ = 0;
+        start_ns_ = of_.time.now();
+    }
+    void module_asked(int unit, bool prompt, bool first) override {
+        if (!judged_) return;
+        if (asked_ != nullptr && !first) settle(prompt);
+        asked_ = &modules_[unit];
+        asked_->silent = of_.faults.module_is_silent(unit);
+        asked_->asked_ns = of_.time.now();
+        turns_.push_back(of_.time.now());
+        ++requests_;
+    }
+    void reported(const nlohmann::json &all) override {
+        const time_ns now = of_.time.now();
+        if (!judged_ || now - start_ns_ < known) return;
+        if (!all.contains("bus")) return violated("nothing of the bus is shown");
+        for (; !turns_.empty() && now - turns_.front() > known; turns_.pop_front()) ++old_requests_;
+        const nlohmann::json &bus = all.at("bus");
+        const auto requests = bus.value("requests", std::uint64_t{0});
+        if (requests > requests_ || requests < old_requests_)
+            violated(fmt::format("requests is {}, {} modules were asked, and {} of late", requests,
+                                 requests_, turns_.size()));
+        for (const auto &shown : bus.at("modules"))
+            judge(shown, modules_[shown.at("unit").get<int>()], now);
+    }
+
+  private:
+    static constexpr time_ns known = 2 * second;  // the thread, and the file of each second
+    struct module {
+        time_ns asked_ns = 0;
+        time_ns answers_ns = never;  // the first of the prompt turns in a row
+        bool silent = false;         // at the newest turn
+    };
+    void settle(bool prompt) const {
+        module &of = *asked_;
+        if (!prompt) of.answers_ns = never;
+        if (prompt && of.answers_ns == never) of.answers_ns = of_.time.now();
+    }
+    void judge(const nlohmann::json &shown, const module &is, time_ns now) {
+        const bool answers = shown.at("answers");
+        const int unit = shown.at("unit");
+        const bool is_asked = of_.bus_line->plugged_ns < is.answers_ns;
+        if (&is != asked_ && is_asked && !answers && is.answers_ns < now - known)
+            violated(fmt::format("module {} is shown as silent, and answers", unit));
+        if (answers && is.silent && is.asked_ns < now - known)
+            violated(fmt::format("module {} is shown with answers, and is silent", unit));
+    }
+    bool judged_;
+    time_ns start_ns_ = 0;
+    std::uint64_t requests_ = 0, old_requests_ = 0;  // of this daemon, and those before `known`
+    std::deque<time_ns> turns_;                      // since then
+    std::map<int, module> modules_;
+    module *asked_ = nullptr;  // the newest
+};
+
 // A supervised node of CAN that says it is not operational is started again, each second. One that
 // says nothing is started when it boots and when the interface is back, and not again and again. On
 // a bus that is down none is operational.
@@ -389,6 +457,7 @@ void add_wire(run &of, invariants &all) {
     all.push_back(std::make_unique<gap_invariant>(of));
     all.push_back(std::make_unique<account_invariant>(of));
     all.push_back(std::make_unique<pace_invariant>(of));
+    all.push_back(std::make_unique<modules_invariant>(of));
     all.push_back(std::make_unique<nodes_invariant>(of));
 }
 

@@ -986,6 +986,13 @@ struct draft {
         }
     }
 
+    // Likewise: other names of the CAN interface, up to the longest one.
+    void draw_interface() {
+        dice own(made.twin.seed, "interface");
+        static const std::vector<std::string> names = {"can1", "slcan0", "vcan.in-the-cab"};
+        if (root.contains("can") && own.one_in(3)) root["can"]["interface"] = own.one_of(names);
+    }
+
     // Likewise: a line to the PLC whose exchange takes most of its time, behind all that makes the
     // blocks longer. It has little time for repetitions, or none.
     void draw_slow_line() {
@@ -1011,7 +1018,7 @@ struct draft {
         const auto change = [&own](json &type) {
             const std::string name = type;
             if (name == "int32" || name == "float32") type = name + (own.one_in(2) ? "cdab" : "le");
-            if (name == "int16") type = name + "le";
+            if (name == "int16" || name == "uint16") type = name + "le";
         };
         for (auto &signal : root["signals"]) {
             if (any && signal.contains("plc") && own.one_in(2)) change(signal["type"]);
@@ -1206,6 +1213,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_followed_models();
     file.draw_curves_of_tangents();
     file.draw_shared_breaks();
+    file.draw_interface();
     file.draw_slow_line();
     file.draw_scales();
     file.draw_rotary_axis();

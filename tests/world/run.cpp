@@ -312,6 +312,8 @@ void run::connect_wires() {
         };
     }
     if (box_machine.nodes.empty()) return;
+    box.interface_index = [of = box_machine.file().at("can").value("interface", "can0")](
+                              const std::string &name) { return name == of ? 3U : 0U; };
     can = std::make_unique<can_bus>(box, box_machine.nodes, seed);
     can->heard = [this](int node, double degC) {
         each([&](invariant &one) { one.sampled(fmt::format("C{}", node), degC); });

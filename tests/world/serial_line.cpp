@@ -94,6 +94,7 @@ serial_line::serial_line(computer &of, const std::string &device, std::uint64_t 
 
 void serial_line::plug(bool in) {
     plugged_ = in;
+    plugged_ns = of_.time.now();
     ++plugs_;
     inbox_.clear();
     newest_ = {};

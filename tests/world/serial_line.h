@@ -56,7 +56,8 @@ class serial_line {
               const fakeplc::byte_string &request = {});
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
-    int refused = 0;  // attempts to open it while it was unplugged
+    int refused = 0;                  // attempts to open it while it was unplugged
+    time_ns plugged_ns = -never / 2;  // the newest time at which it was, or was unplugged
     // out: of one character at the line's speed
     time_ns character() const { return 11 * second / baud_; }
     // out: what ends a frame (Modbus over serial line 1.02, 2.5.1.1): 3.5 characters, without

@@ -292,6 +292,12 @@ const edge edges[] = {
     {"doubts", 34000840, 3800, "sensors", nullptr},
     // Two probes take the filter there and back, and the term is one of them behind.
     {"adapted", 37000513, 5250, "none", nullptr},
+    // A serial adapter comes and goes, and more states of the bus than the ring of reports holds.
+    {"modules", 5202, 3000, "line", nullptr},
+    // Behind a gap the box begins with what the PLC held, and that counts as sent.
+    {"applied", 6006, 3000, "foreign", nullptr},
+    // A file without a bank's lag runs between two that have it.
+    {"lags", 6022, 3000, "loss,exception,reload,can", nullptr},
     // The reply to a write takes 12 ms on a serial line, and belongs to the lead.
     {"statistics", 36000818, 2500, "sensors", nullptr},
     // A volumetric term needs each position, also one that its output does not depend on.
