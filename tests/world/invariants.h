@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "host-tools/fakeplc/plc.h"
@@ -49,6 +50,15 @@ struct question {
     bool is_reading;           // of the whole read block, on a line
 };
 
+// Registers that the box reads of a module at a time: its unit, and the first one.
+struct module_turn {
+    int unit;
+    unsigned start;
+    bool operator<(const module_turn &other) const {
+        return std::tie(unit, start) < std::tie(other.unit, other.start);
+    }
+};
+
 class invariant {
   public:
     invariant(run &of, const char *of_name) : name(of_name), of_(of) {}
@@ -57,9 +67,9 @@ class invariant {
     // Each comes in an event, in the order of time.
     virtual void exchanged(const exchange &) {}
     virtual void asked(const question &) {}
-    // The box asks the module of a unit on its bus. prompt: the one asked before has replied;
-    // first: since the adapter was plugged in.
-    virtual void module_asked(int /* unit */, bool /* prompt */, bool /* first */) {}
+    // The box asks a module on its bus. prompt: the one asked before has replied; first: since the
+    // adapter was plugged in.
+    virtual void module_asked(const module_turn &, bool /* prompt */, bool /* first */) {}
     // It sends on a serial line, so long behind the last byte there; `silence` ends a frame.
     virtual void line_asked(time_ns /* quiet */, time_ns /* silence */) {}
     virtual void reply_torn(time_ns) {}  // a part has come, and this long before the rest

@@ -953,6 +953,21 @@ struct draft {
         made.module_delay_ns = longest_ms * ms * 9 / 10;
     }
 
+    // Likewise: modules with another thermometer, in the next register or behind a gap.
+    void draw_thermometers() {
+        dice own(made.twin.seed, "thermometers");
+        for (std::size_t i = 0; i < made.modules.size(); ++i) {
+            if (!own.one_in(3)) continue;
+            const std::string name = fmt::format("B{}", i + 1);
+            json other = *std::find_if(root["signals"].begin(), root["signals"].end(),
+                                       [&name](const json &one) { return one["name"] == name; });
+            other["name"] = name + "_2";
+            other["register"] = 1 + own.below(2);
+            root["signals"].push_back(other);
+            made.modules[i] += ",20.0,20.0";
+        }
+    }
+
     // Likewise: modules that are read every few seconds, whose values last for three readings.
     void draw_rare_readings() {
         dice own(made.twin.seed, "rare readings");
@@ -1214,6 +1229,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_curves_of_tangents();
     file.draw_shared_breaks();
     file.draw_interface();
+    file.draw_thermometers();
     file.draw_slow_line();
     file.draw_scales();
     file.draw_rotary_axis();

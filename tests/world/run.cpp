@@ -20,6 +20,10 @@ namespace compbox::world {
 
 namespace {
 
+unsigned bytes_in(const fakeplc::byte_string &of, std::size_t at) {
+    return static_cast<unsigned>(of[at] << 8 | of[at + 1]);
+}
+
 // The longest time that the daemon may take from SIGTERM to its end, beside the ramps of its file.
 constexpr time_ns longest_stop = 120 * second;
 constexpr double largest_before_um = 300.0;  // of any output of the machines that are drawn
@@ -287,20 +291,14 @@ void run::connect_wires() {
         bus_line->asks = [this](const serial_line::question &before,
                                 const fakeplc::byte_string &now, time_ns quiet) {
             each([&](invariant &one) {
-                one.module_asked(now[0], before.prompt, before.frame.empty());
+                one.module_asked({now[0], bytes_in(now, 2)}, before.prompt, before.frame.empty());
                 one.line_asked(quiet, bus_line->silence());
             });
         };
         for (const auto &module : box_machine.modules) modules_.add(module);
         bus_slaves_ = std::make_unique<rtu_slaves>(
             *bus_line, time, [this](int unit, const fakeplc::byte_string &request, time_ns) {
-                if (faults.module_is_silent(unit)) return rtu_slaves::reply{};
-                auto reply = modules_.answer(unit, request);
-                if (faults.module_refuses(unit))
-                    reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
-                note_module(unit, reply.pdu);
-                return rtu_slaves::reply{reply.pdu,
-                                         reply.delay_ms * ms + box_machine.module_delay_ns};
+                return answer_module(unit, request);
             });
         wander_modules();
     }
@@ -334,17 +332,45 @@ bool run::is_of_read_block(const fakeplc::byte_string &frame) const {
     return frame[1] == 3 && (frame[2] << 8 | frame[3]) == running().map.read.start;
 }
 
-// The names and units of machine.cpp: B1 is the first module, in 0.1 degC.
-void run::note_module(int unit, const fakeplc::byte_string &reply) {
-    if (reply.size() < 4 || (reply[0] & 0x80) != 0) return;
-    const double degC = 0.1 * static_cast<std::int16_t>(reply[2] << 8 | reply[3]);
-    each([&](invariant &one) { one.sampled(fmt::format("B{}", unit - first_module + 1), degC); });
+// out: the signals of a module in these registers, each with its place; a register without one
+//      refuses a reading (docs/coefficient-file.md)
+std::map<std::size_t, std::string> run::thermometers_in(int unit, std::size_t start,
+                                                        std::size_t count) const {
+    std::map<std::size_t, std::string> found;
+    for (const auto &signal : box_machine.file().at("signals")) {
+        if (!signal.contains("bus") || signal.at("unit_id") != unit) continue;
+        const std::size_t at = signal.at("register");
+        if (at >= start && at < start + count) found[at - start] = signal.at("name");
+    }
+    return found;
+}
+
+rtu_slaves::reply run::answer_module(int unit, const fakeplc::byte_string &request) {
+    if (faults.module_is_silent(unit)) return {};
+    auto reply = modules_.answer(unit, request);
+    const std::size_t start = bytes_in(request, 1), count = bytes_in(request, 3);
+    const auto thermometers = thermometers_in(unit, start, count);
+    if (faults.module_refuses(unit))
+        reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
+    else if (thermometers.size() < count)
+        reply.pdu = fakeplc::modbus::exception_reply(request[0], 2);
+    else
+        for (const auto &[place, signal] : thermometers) {
+            const double degC = 0.1 * static_cast<std::int16_t>(bytes_in(reply.pdu, 2 + 2 * place));
+            each([&, &name = signal](invariant &one) { one.sampled(name, degC); });
+        }
+    return {reply.pdu, reply.delay_ms * ms + box_machine.module_delay_ns};
 }
 
 // The temperatures of the modules on the bus.
 void run::wander_modules() {
-    for (std::size_t i = 0; i < box_machine.modules.size(); ++i)
-        modules_.run(fmt::format("set {} 0 {:.1f}", first_module + i, 20 + chance_.between(-1, 1)));
+    for (std::size_t i = 0; i < box_machine.modules.size(); ++i) {
+        const double degC = 20 + chance_.between(-1, 1);
+        modules_.run(fmt::format("set {} 0 {:.1f}", first_module + i, degC));
+        for (const auto &other : thermometers_in(first_module + static_cast<int>(i), 1, 2))
+            modules_.run(
+                fmt::format("set {} {} {:.1f}", first_module + i, 1 + other.first, degC + 1));
+    }
     time.at(time.now() + second, [this] { wander_modules(); });
 }
 

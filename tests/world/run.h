@@ -152,7 +152,9 @@ class run {
     void fill_records();
     void fill_temporaries();
     void note_report(const std::string &path, const std::string &text);
-    void note_module(int unit, const fakeplc::byte_string &reply);
+    std::map<std::size_t, std::string> thermometers_in(int unit, std::size_t start,
+                                                       std::size_t count) const;
+    rtu_slaves::reply answer_module(int unit, const fakeplc::byte_string &request);
     std::shared_ptr<open_file> make_socket(int domain);
     void start_daemon();
     void daemon_ended(const ending &how);
