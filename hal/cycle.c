@@ -140,10 +140,15 @@ void cb_cycle_start(struct cb_cycle *cycle) {
     cycle->read = cycle->write = CB_TRANSFER_FAILED;
 }
 
+/* out: a longer time than this between two steps is a jump of the clock */
+static int64_t clock_us(const struct cb_box *box) {
+    return (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
+}
+
 /* out: the last step is so long ago that the next one takes all its inputs as stale: mode and
  * outputs that it computed are not written any more */
 static bool outlived(const struct cb_cycle *cycle, const struct cb_box *box) {
-    return cycle->tick_us - cycle->step_at_us > (int64_t)CB_CLOCK_PERIODS * box->config.period_us;
+    return cycle->tick_us - cycle->step_at_us > clock_us(box);
 }
 
 /* All requests of a cycle before its step.
@@ -169,8 +174,9 @@ static void exchange_before(struct cb_cycle *cycle, const struct cb_box *box,
     read_back(cycle, box, exchange);
 }
 
-/* No request: the configuration has changed in memory. */
-static void exchange_nothing(struct cb_cycle *cycle) {
+/* The step gets nothing of the PLC: the configuration has changed in memory, so there was no
+ * request; or a suspend came behind the exchange. What was read is of before it then. */
+static void forget_exchange(struct cb_cycle *cycle) {
     cycle->in.read_ok = false;
     cycle->in.held = CB_TRANSFER_NONE;
 }
@@ -195,12 +201,13 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     if (sound)
         exchange_before(cycle, box, &exchange, combined);
     else
-        exchange_nothing(cycle);
+        forget_exchange(cycle);
     const int64_t read_done_us = now(hal);
     take_samples(cycle, hal);
     cycle->in.stop = hal->stop_requested(hal->context);
 
     const int64_t step_from_us = now(hal);
+    if (step_from_us - cycle->tick_us > clock_us(box)) forget_exchange(cycle);
     cycle->step_at_us = step_from_us;
     cycle->step_exchange_us = cycle->in.exchange_us;
     cycle->step_last_write = cycle->in.last_write;

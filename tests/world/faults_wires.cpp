@@ -91,13 +91,15 @@ bool fault_injector::module_is_silent(int unit) const {
 
 void fault_injector::plan_wires() {
     plan_modules();
-    repeat(fault_kind::line, 40 * second, [this] {
+    const auto plugs = std::make_shared<dice>(of_.options.seed, "plugs");
+    repeat(fault_kind::line, 40 * second, [this, plugs] {
         serial_line *const line =
             chance(fault_kind::line).one_in(2) ? of_.plc_line.get() : of_.bus_line.get();
         if (line == nullptr) return;
         note(fault_kind::line, "a serial adapter is unplugged");
         line->plug(false);
-        const time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
+        time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
+        if (plugs->one_in(6)) back *= 4;
         of_.time.at(of_.time.now() + back, [line] { line->plug(true); });
     });
     repeat(fault_kind::can, 6 * second, [this] {

@@ -275,15 +275,17 @@ class account_invariant : public invariant {
     std::uint64_t attempt_ = 0, readings_ = 0, writes_ = 0;
 };
 
+time_ns module_period(const run &of) {
+    return of.box_machine.file().at("buses").at(0).at("every_ms").get<time_ns>() * ms;
+}
+
 // A module of the bus is asked each `every_ms`. Each turn without a reply doubles its pause, up to
 // 32 times it; one reply ends that (docs/coefficient-file.md).
 class pace_invariant : public invariant {
   public:
     explicit pace_invariant(run &of)
         : invariant(of, "pace"), judged_(!of.box_machine.modules.empty() && is_steady(of)) {
-        if (!judged_) return;
-        const nlohmann::json &file = of.box_machine.file();
-        every_ns_ = file.at("buses").at(0).at("every_ms").get<time_ns>() * ms;
+        if (judged_) every_ns_ = module_period(of);
     }
     void started() override { modules_.clear(); }
     void module_asked(const module_turn &turn, bool prompt, bool first) override {
@@ -321,6 +323,38 @@ class pace_invariant : public invariant {
     time_ns every_ns_ = 0;
     module_turn asked_ = {};
     std::map<module_turn, module> modules_;
+};
+
+// An adapter that is back is opened within a second or so, and used at once. Between two turns the
+// box may not know that it was gone.
+class adapter_invariant : public invariant {
+  public:
+    explicit adapter_invariant(run &of) : invariant(of, "adapter"), judged_(is_steady(of)) {
+        if (of.bus_line != nullptr) every_ns_ = module_period(of);
+    }
+    void started() override { plc_ns_ = bus_ns_ = of_.time.now(); }
+    void asked(const question &of) override {
+        if (of.on_line) plc_ns_ = of_.time.now();
+    }
+    void module_asked(const module_turn &, bool, bool) override { bus_ns_ = of_.time.now(); }
+    void ticked() override {
+        if (!judged_) return;
+        judge(of_.plc_line.get(), plc_ns_, most);
+        if (of_.bus_line != nullptr) judge(of_.bus_line.get(), bus_ns_, most + 32 * every_ns_);
+    }
+
+  private:
+    static constexpr time_ns most = 3 * second;  // the box: a second between two attempts
+    void judge(const serial_line *line, time_ns used_ns, time_ns most_ns) {
+        if (line == nullptr || !line->is_plugged() || line->plugged_ns < used_ns) return;
+        const time_ns idle_ns = of_.time.now() - line->plugged_ns;
+        if (idle_ns > most_ns)
+            violated(
+                fmt::format("an adapter is back for {} ms, and nothing is sent", idle_ns / ms));
+    }
+    bool judged_;
+    time_ns every_ns_ = 0;
+    time_ns plc_ns_ = 0, bus_ns_ = 0;  // the newest request of this daemon, or its start
 };
 
 // The statistics know of the bus what was on its wire, up to a second ago.
@@ -465,6 +499,7 @@ void add_wire(run &of, invariants &all) {
     all.push_back(std::make_unique<account_invariant>(of));
     all.push_back(std::make_unique<pace_invariant>(of));
     all.push_back(std::make_unique<modules_invariant>(of));
+    all.push_back(std::make_unique<adapter_invariant>(of));
     all.push_back(std::make_unique<nodes_invariant>(of));
 }
 

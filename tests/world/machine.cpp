@@ -689,9 +689,10 @@ struct draft {
     // that it leaves.
     void draw_followed_models() {
         dice own(made.twin.seed, "followed models");
-        for (const auto &channel : root["channels"]) {
+        for (auto &channel : root["channels"]) {
             if (!channel.contains("tangent")) continue;
             const std::string axis = channel["tangent"]["signal"];
+            if (own.one_in(3)) draw_bank_along(channel, axis, own);
             for (auto &term : root["terms"]) {
                 if (term.contains("fade") || !own.one_in(2)) continue;
                 if (term["type"] == "bpnet" && term["inputs"][0] == axis)
@@ -699,10 +700,30 @@ struct draft {
                 else if (term.contains("bank") && !term.contains("sigma") &&
                          !term["bank"].contains("input_min") &&
                          !term["bank"]["powers"].contains(axis) &&
-                         parts_of_terms().count(term["name"]) == 0)
+                         parts_of_terms().count(term["name"]) == 0) {
                     widen_bank_by_axis(term["bank"], axis, own);
+                    add_to_sum(channel, term.value("outputs", json{term["name"]})[0]);
+                }
             }
         }
+    }
+    void draw_bank_along(json &channel, const std::string &axis, dice &own) {
+        const std::string name = "along_" + channel["name"].get<std::string>();
+        const std::string input = own.one_of(wired_or(made.temperatures));
+        const std::vector<double> taus = taus_of_bank();
+        const std::vector<double> row(taus.size(), rounded(own.between(-0.3, 0.3)));
+        json bank = {{"inputs", json::array({input})},
+                     {"powers", {{input, json::array({1})}}},
+                     {"tau_s", taus},
+                     {"weights", json::array({row})},
+                     {"bias", json::array({rounded(own.between(-5, 5))})}};
+        widen_bank_by_axis(bank, axis, own);
+        root["terms"].push_back({{"name", name}, {"type", "linear"}, {"bank", bank}});
+        add_to_sum(channel, name);
+    }
+    static void add_to_sum(json &channel, const json &output) {
+        json &sum = channel["sum"];
+        if (std::find(sum.begin(), sum.end(), output) == sum.end()) sum.push_back(output);
     }
     void narrow_by_axis(json &net, dice &own) {
         const double travel = travel_of(net["inputs"][0]);

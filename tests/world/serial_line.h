@@ -56,6 +56,7 @@ class serial_line {
               const fakeplc::byte_string &request = {});
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
+    bool is_plugged() const { return plugged_; }
     int refused = 0;                  // attempts to open it while it was unplugged
     time_ns plugged_ns = -never / 2;  // the newest time at which it was, or was unplugged
     // out: of one character at the line's speed

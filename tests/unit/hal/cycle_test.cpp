@@ -377,6 +377,29 @@ TEST(cycle, fc23_after_a_suspend_writes_nothing_from_before_it) {
     EXPECT_LE(p.steepest, 1);
 }
 
+TEST(cycle, what_was_read_before_a_suspend_is_not_given_to_the_step_behind_it) {
+    plant p;
+    p.run(40);
+    p.unplug();
+    p.run(3);  // writes have no reply, so the block is read back once the PLC is there
+    p.plug();
+    const auto awake = p.hal.stop_requested;
+    p.hal.stop_requested = [](void *context) {
+        auto *sim = static_cast<simulation::virtual_hal *>(context);
+        sim->pass(sim->now_us() + 60 * 1000000);
+        return false;
+    };
+    p.run(1);
+    EXPECT_EQ(p.cycle.read, CB_TRANSFER_OK);
+    EXPECT_FALSE(p.cycle.in.read_ok);
+    EXPECT_EQ(p.cycle.in.held, CB_TRANSFER_NONE);
+    EXPECT_FALSE(p.cycle.out.write);
+    p.hal.stop_requested = awake;
+    p.run(1);
+    EXPECT_TRUE(p.cycle.in.read_ok);
+    EXPECT_LE(p.steepest, 1);
+}
+
 TEST(cycle, samples_reach_the_box) {
     plant p;
     p.run(20);

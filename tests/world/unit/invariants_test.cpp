@@ -292,6 +292,8 @@ const edge edges[] = {
     {"doubts", 34000840, 3800, "sensors", nullptr},
     // Two probes take the filter there and back, and the term is one of them behind.
     {"adapted", 37000513, 5250, "none", nullptr},
+    // A suspend comes between a read-back and the step: it says nothing of what the PLC holds now.
+    {"slew", 20388, 2500, "suspend", nullptr},
     // A serial adapter comes and goes, and more states of the bus than the ring of reports holds.
     {"modules", 5202, 3000, "line", nullptr},
     // Behind a gap the box begins with what the PLC held, and that counts as sent.
