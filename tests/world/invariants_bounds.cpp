@@ -100,7 +100,8 @@ class slew_invariant : public invariant {
         judge_late(author, seen, block);
         if (again) return;
         if (seen.sent - sent_ns_ > 4 * facts.period_us * us) gap_ns_ = seen.sent;
-        if (block.reason == box_reason::unconfirmed) unconfirmed_ns_ = seen.sent;
+        unheard_ = seen.duration == never ? unheard_ + 1 : 0;
+        if (block.reason == box_reason::unconfirmed || unheard_ >= 4) unconfirmed_ns_ = seen.sent;
         sent_ns_ = std::max(sent_ns_, seen.sent);
         if (lag_ns_ != never) look_back(author, {seen.sent, std::move(block)});
     }
@@ -200,7 +201,8 @@ class slew_invariant : public invariant {
     time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
     bool refused_ = false;            // that one was answered by an exception
     time_ns gap_ns_ = -never / 2;     // last write after a pause …
-    time_ns unconfirmed_ns_ = -never / 2;  // … and last one that says that replies are too late
+    time_ns unconfirmed_ns_ = -never / 2;  // … and last one that says that replies are too late,
+    int unheard_ = 0;                      // or that has none, as those before it
     bool reads_alone_ = false;             // the newest reading came without a write …
     time_ns read_ns_ = 0;                  // … and was sent then
     std::optional<written_block> before_;

@@ -137,7 +137,9 @@ class counters_invariant : public invariant {
         const std::uint64_t lost = counted(box, "writes_failed") + counted(box, "writes_unknown");
         if (lost > (on_line ? 1U : 0U))
             violated(fmt::format("{} writes had no reply, and nothing happened to them", lost));
-        if (lost == 0) judge_none(all.at("plc"), on_line ? of_a_line : of_tcp);
+        // A PLC that still has the connections of before a power cut closes others.
+        if (lost == 0 && !draws(of_, fault_kind::power_cut))
+            judge_none(all.at("plc"), on_line ? of_a_line : of_tcp);
         if (!draws(of_, fault_kind::sensors)) judge_none(box, of_sensors);
     }
 

@@ -876,7 +876,7 @@ class log_invariant : public invariant {
     }
     // With the same mode, reason, signal and words, and no line between that may have had others.
     void judge_repetition(const std::string &line) {
-        static const std::regex number(R"(-?[0-9.]+(e[-+]?[0-9]+)?( |$))");
+        static const std::regex number(R"( -?[0-9.]+(e[-+]?[0-9]+)?(?= |$))");
         const auto at = line.find(" s: "), end = line.find(": signal ");
         if (line.find("left out)") != std::string::npos || end == std::string::npos) again_ = 0;
         if (at == std::string::npos || end == std::string::npos ||

@@ -245,7 +245,7 @@ class refused_invariant : public invariant {
         const time_ns refused_ns = just_ended ? before_ns_ : refused_ns_;
         if (refuses && refused_ns < least_refused && longest_lag(of_) == 0 &&
             !draws_any(of_, {fault_kind::wire, fault_kind::line, fault_kind::foreign,
-                             fault_kind::stray, fault_kind::memory}))
+                             fault_kind::stray, fault_kind::memory, fault_kind::mute}))
             violated(fmt::format("FAULT by refused writes, and the PLC answered for {} ms",
                                  refused_ns / ms));
         if (line.find("ACTIVE: ") == std::string::npos) return;

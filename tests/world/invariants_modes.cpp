@@ -203,7 +203,11 @@ class permission_invariant : public invariant {
     }
     void take(const machine &facts, const exchange &seen) {
         const read_head head = head_of(facts, seen);
-        if (!head.enables()) off_ns_ = seen.now;
+        // By a late line the box may not have heard it.
+        const bool heard =
+            seen.duration != never && seen.now + seen.duration - seen.sent < facts.period_us * us;
+        if (!head.enables()) off_ns_ = seen.now, on_ns_ = never;
+        if (head.enables() && heard) on_ns_ = std::min(on_ns_, seen.sent);
         if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
     }
     // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.
@@ -240,7 +244,8 @@ class permission_invariant : public invariant {
         // The write behind a reading with enable off may still be one of the loss, by FC23 the
         // next.
         const bool was_off =
-            off_ns_ >= active_ns_ && off_ns_ + 3 * facts.period_us * us + lag_ns >= lost_ns_;
+            off_ns_ >= active_ns_ &&
+            (off_ns_ + 3 * facts.period_us * us + lag_ns >= lost_ns_ || on_ns_ >= lost_ns_);
         if (lost_ && !permitted && !was_off)
             violated("ACTIVE after a loss, without permit resume and without a new edge of enable");
         lost_ = false;
@@ -249,6 +254,7 @@ class permission_invariant : public invariant {
 
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2, lost_ns_ = -never / 2;
+    time_ns on_ns_ = never;  // the first reading behind off_ns_ with enable that the box has heard
     bool lost_ = false, contact_ = false, writes_any_ = false;
     bool stops_ = false, was_stopped_ = false;  // STOPPED had a reply, here and before the start
     bool refuses_ = false;                      // a write of this daemon
@@ -537,6 +543,10 @@ class reason_invariant : public invariant {
     }
 
   private:
+    static bool has_tangent(const machine &of) {
+        return std::any_of(of.channels.begin(), of.channels.end(),
+                           [](const channel_facts &one) { return !one.tangent_signal.empty(); });
+    }
     void judge_reason(const machine &facts, const exchange &seen) {
         using namespace box_reason;
         const written_block &block = block_of(facts, seen);
@@ -555,7 +565,9 @@ class reason_invariant : public invariant {
             violated("reason 13 ends without a whole reading");
         is_unapplied_ = acts && block.reason == unapplied;
         if (block.mode != fakeplc::box_mode::active) idle_ns_ = seen.sent;
-        const bool follows = of_.plc.has_followed(seen.sent - idle_ns_);
+        // A position that lies gives a line to a tangent another course at the PLC.
+        const bool follows = of_.plc.has_followed(seen.sent - idle_ns_) &&
+                             (!has_tangent(facts) || !draws(of_, fault_kind::sensors));
         if (calm_ && was_active_ && of_loss.count(block.reason) > 0 &&
             (follows || block.reason != unapplied))
             violated(fmt::format("reason {}, and each request had its reply", block.reason));
