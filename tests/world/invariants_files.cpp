@@ -136,11 +136,12 @@ class stats_invariant : public invariant {
         const nlohmann::json &exchanges = all.at("exchange_us"), &intervals = all.at("interval_us");
         if (exchanges.value("count", 0) > 0 && exchanges.value("min", 1.0) <= 0)
             violated("an exchange took no time");
+        // The clock of a step may turn to the next microsecond, but not in each.
         const nlohmann::json &steps = all.at("step_us");
-        if (longest_lag(of_) == 0 && steps.value("count", 0) > 20 &&
-            steps.value("mean", 0.0) > 0.5 && !draws(of_, fault_kind::partial))
-            violated(fmt::format("a step takes {} µs, and the world gives it none",
-                                 steps.value("mean", 0.0)));
+        if (longest_lag(of_) == 0 && steps.value("count", 0) > 20 && steps.value("min", 0.0) > 0 &&
+            !draws(of_, fault_kind::partial))
+            violated(fmt::format("each step takes {} µs or more, and the world gives it none",
+                                 steps.value("min", 0.0)));
         if (intervals.value("count", 0) > 0 && longest_lag(of_) == 0 &&
             intervals.value("min", 0.0) < 0.5 * all.value("period_us", 0.0) &&
             !draws_any(of_, {fault_kind::boundary, fault_kind::reload, fault_kind::hostile}))
