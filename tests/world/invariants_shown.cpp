@@ -59,6 +59,7 @@ class shown_invariant : public invariant {
             judge_channels(*of, snapshot);
             for (const json &signal : snapshot.at("signals")) judge_age(*of, signal);
         }
+        for (const char *key : {"jitter_us", "exchange_us"}) judge_times(key, snapshot.at(key));
         if (!judged_) return;
         for (const json &signal : snapshot.at("signals")) {
             const std::string state = signal.at("state");
@@ -109,6 +110,20 @@ class shown_invariant : public invariant {
     const machine *file_of(const json &snapshot) const {
         if (draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return nullptr;
         return of_.with_revision(snapshot.at("revision"));
+    }
+    // The counts up to each bound agree with the figures beside them.
+    void judge_times(const char *key, const json &times) {
+        const double count = times.at("count"), max = times.at("max");
+        const double half = times.at("p50"), most = times.at("p99");
+        for (const auto &[text, number] : times.at("up_to").items()) {
+            const double bound = std::stod(text), up_to = number;
+            const double least = max <= bound    ? count
+                                 : most <= bound ? 0.99 * count
+                                 : half <= bound ? 0.5 * count
+                                                 : 0;
+            if (up_to < least - 1e-6 * count || up_to > count)
+                violated(fmt::format("{} has {} up to {}: {}", key, up_to, text, times.dump()));
+        }
     }
     void judge_sum(const machine &of, const json &snapshot) {
         const auto *bytes = reinterpret_cast<const unsigned char *>(of.text.data());
