@@ -70,7 +70,7 @@ static void try_to_trust(const struct cb_config *config, struct cb_sensors_state
 
 /* Takes the readings of all sensors, so that one pass compares values of one moment. What a sensor
  * gave last accuses the others until its prediction has taken its place: a pass in which one stops
- * reading, or the first one in which it is doubted, counts for no time, and judges nobody. */
+ * reading counts for no time, and judges nobody. */
 static void begin_pass(const struct cb_config *config, const struct cb_signal_state *signals,
                        struct cb_sensors_state *state, int64_t since_us, int64_t now_us) {
     const float *center = config->pool + config->sensors.pool;
@@ -118,10 +118,10 @@ static void compare(const struct cb_config *config, const struct cb_signal_state
                            : 0;
 }
 
-/* Doubts the sensor with the largest residual, if it has disagreed for long enough. Then the others
- * are compared anew, with its prediction in its place. */
-static void judge(const struct cb_config *config, struct cb_sensors_state *state,
-                  struct cb_counters *counters) {
+/* Doubts the sensor with the largest residual, if it has disagreed for long enough. Its prediction
+ * takes its place at once, and the others are compared anew. */
+static void judge(const struct cb_config *config, const struct cb_signal_state *signals,
+                  struct cb_sensors_state *state, struct cb_counters *counters, int64_t now_us) {
     const unsigned count = config->sensors_count;
     const bool wrong = state->elapsed_us > 0 &&
                        state->worst_square > config->sensors.threshold_square &&
@@ -131,6 +131,8 @@ static void judge(const struct cb_config *config, struct cb_sensors_state *state
         if (!is_doubted(state, j)) state->us[j] = 0;
     }
     state->doubted |= 1u << state->worst;
+    state->reads &= ~(1u << state->worst);
+    compare(config, signals, state, state->worst, now_us);
     ++counters->sensors_doubted;
 }
 
@@ -147,7 +149,7 @@ static void go_on(const struct cb_config *config, const struct cb_signal_state *
     do {
         compare(config, signals, state, state->next, now_us);
     } while (++state->next < count && late);
-    if (state->next == count) judge(config, state, counters);
+    if (state->next == count) judge(config, signals, state, counters, now_us);
 }
 
 /* Marks the signals of doubted sensors, and no others. Without a streak a PLC signal takes the full

@@ -180,6 +180,7 @@ TEST(sensors, the_last_reading_of_a_doubted_one_accuses_no_other) {
     const auto fault = [](unsigned j, double v) { return j == 11 ? v - 30.0 : v; };
     while (m.counters.sensors_doubted == 0) m.step(30000, fault);
     EXPECT_EQ(m.doubted(), std::vector<unsigned>{11});
+    EXPECT_NEAR(m.signals[11].expected, m.signals[11].value + 30.0, 2.0) << "of the others";
     for (int pass = 0; pass < 3; ++pass) {
         m.run(1100000, 30000, fault);
         for (unsigned j = 0; j < 11; ++j) EXPECT_EQ(m.state.us[j], 0u) << j;

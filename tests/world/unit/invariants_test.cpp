@@ -294,6 +294,8 @@ const edge edges[] = {
     {"adapted", 37000513, 5250, "none", nullptr},
     // A suspend comes between a read-back and the step: it says nothing of what the PLC holds now.
     {"slew", 20388, 2500, "suspend", nullptr},
+    // A sensor is right again just behind its doubt, and its prediction has its place.
+    {"doubts", 37200091, 500, "sensors", nullptr},
     // A serial adapter comes and goes, and more states of the bus than the ring of reports holds.
     {"modules", 5202, 3000, "line", nullptr},
     // Behind a gap the box begins with what the PLC held, and that counts as sent.
