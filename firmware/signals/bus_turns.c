@@ -66,6 +66,12 @@ void cb_bus_turns_line_is_back(struct cb_bus_turns *turns, int64_t now_us) {
     turns->awaits = false;
 }
 
+void cb_bus_turns_unasked(struct cb_bus_turns *turns) {
+    struct cb_bus_turn *turn = &turns->turns[turns->current];
+    turns->awaits = false;
+    if (turn->silent > 0) --turn->silent;
+}
+
 /* Ends the wait for the last reply, which may still come. */
 static void leave_alone(struct cb_bus_turns *turns, int64_t now_us) {
     const uint8_t unit = turns->turns[turns->current].unit;

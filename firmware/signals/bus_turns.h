@@ -48,6 +48,9 @@ void cb_bus_turns_start(struct cb_bus_turns *turns, const struct cb_config *conf
 /* The line was away: each turn is due at now_us. */
 void cb_bus_turns_line_is_back(struct cb_bus_turns *turns, int64_t now_us);
 
+/* The line was gone at the last request, or in its wait: that says nothing about the module. */
+void cb_bus_turns_unasked(struct cb_bus_turns *turns);
+
 /* in : no request is pending
  * out: true: the request to send now; false: no turn is due
  * The turn counts as silent until cb_bus_turns_take() or cb_bus_turns_refused(). Behind a turn

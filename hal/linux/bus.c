@@ -69,6 +69,7 @@ static bool take_turn(struct cb_bus *bus) {
         case CB_TRANSFER_NONE:
         case CB_TRANSFER_FAILED:
         case CB_TRANSFER_UNKNOWN:
+            if (bus->rtu.serial.fd < 0) cb_bus_turns_unasked(&bus->turns);
             break;
     }
     report(bus);

@@ -409,10 +409,10 @@ class modules_invariant : public invariant {
     void judge(const nlohmann::json &shown, const module &is, time_ns now) {
         const bool answers = shown.at("answers");
         const int unit = shown.at("unit");
-        const bool is_asked = of_.bus_line->plugged_ns < is.answers_ns;
-        if (&is != asked_ && is_asked && !answers && is.answers_ns < now - known)
+        const time_ns plugged_ns = of_.bus_line->plugged_ns;  // or unplugged
+        if (&is != asked_ && plugged_ns < is.answers_ns && !answers && is.answers_ns < now - known)
             violated(fmt::format("module {} is shown as silent, and answers", unit));
-        if (answers && is.silent && is.asked_ns < now - known)
+        if (answers && is.silent && plugged_ns < is.asked_ns && is.asked_ns < now - known)
             violated(fmt::format("module {} is shown with answers, and is silent", unit));
     }
     bool judged_;

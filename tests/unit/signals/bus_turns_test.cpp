@@ -215,6 +215,19 @@ TEST(bus_turns, a_line_that_is_back_has_every_module_due) {
     EXPECT_EQ(r.next(5 * ms), (std::vector<int>{0, 0, 0}));
 }
 
+TEST(bus_turns, a_line_that_is_gone_says_nothing_of_a_module) {
+    rig r(500);
+    r.add(1, 0);
+    r.start();
+    EXPECT_EQ(r.next(0), (std::vector<int>{1, 0, 1}));
+    EXPECT_EQ(r.turns.turns[0].silent, 1);
+    cb_bus_turns_unasked(&r.turns);
+    EXPECT_EQ(r.turns.turns[0].silent, 0);
+    EXPECT_FALSE(r.turns.awaits);
+    cb_bus_turns_unasked(&r.turns);
+    EXPECT_EQ(r.turns.turns[0].silent, 0);
+}
+
 TEST(bus_turns, a_bus_without_signals_is_never_due) {
     rig r(500);
     r.start();
