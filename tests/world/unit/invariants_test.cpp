@@ -297,7 +297,7 @@ const edge edges[] = {
     // A sensor is right again just behind its doubt, and its prediction has its place.
     {"doubts", 37200091, 500, "sensors", nullptr},
     // A serial adapter comes and goes, and more states of the bus than the ring of reports holds.
-    {"modules", 5202, 3000, "line", nullptr},
+    {"modules", 5091, 3000, "line", nullptr},
     // Behind a gap the box begins with what the PLC held, and that counts as sent.
     {"applied", 6006, 3000, "foreign", nullptr},
     // A file without a bank's lag runs between two that have it.
