@@ -381,7 +381,7 @@ TEST(cycle, what_was_read_before_a_suspend_is_not_given_to_the_step_behind_it) {
     plant p;
     p.run(40);
     p.unplug();
-    p.run(3);  // writes have no reply, so the block is read back once the PLC is there
+    p.run(8);  // contact is lost, so the block is read back once the PLC is there
     p.plug();
     const auto awake = p.hal.stop_requested;
     p.hal.stop_requested = [](void *context) {
