@@ -9,10 +9,6 @@ namespace {
 constexpr std::size_t max_read = 125, max_write = 123, max_write_of_both = 121;
 constexpr std::size_t max_pdu = 253;
 
-std::size_t word(const byte_string &bytes, std::size_t at) {
-    return static_cast<std::size_t>(bytes[at]) << 8 | bytes[at + 1];
-}
-
 void append_word(byte_string &bytes, std::size_t value) {
     bytes.push_back(static_cast<std::uint8_t>(value >> 8));
     bytes.push_back(static_cast<std::uint8_t>(value));
@@ -35,8 +31,7 @@ byte_string read_reply(std::uint8_t function, const range &what, const bank &reg
 
 void store(const byte_string &request, std::size_t values_at, const range &where, bank &registers) {
     for (std::size_t i = 0; i < where.count; ++i) {
-        registers.now[where.start + i] =
-            static_cast<std::uint16_t>(word(request, values_at + 2 * i));
+        registers.now[where.start + i] = word(request, values_at + 2 * i);
     }
 }
 
@@ -89,6 +84,10 @@ byte_string write_and_read(const byte_string &request, bank &registers, bool tor
 }
 
 }  // namespace
+
+std::uint16_t word(const byte_string &bytes, std::size_t at) {
+    return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
+}
 
 frame_state frame_at_start(const byte_string &received) {
     if (received.size() < header_size - 1) return {frame_state::incomplete, 0};

@@ -24,6 +24,9 @@ struct bank {
     std::vector<std::uint16_t> before;
 };
 
+// out: the register in two bytes from `at` on, which have to be there
+std::uint16_t word(const byte_string &bytes, std::size_t at);
+
 // The frame at the start of received bytes.
 struct frame_state {
     enum { incomplete, complete, broken } what;

@@ -26,10 +26,6 @@ std::uint16_t register_of(double degC) {
     return static_cast<std::uint16_t>(std::lround(degC / degC_per_unit));
 }
 
-unsigned word(const byte_string &bytes, std::size_t at) {
-    return static_cast<unsigned>(bytes[at] << 8 | bytes[at + 1]);
-}
-
 }  // namespace
 
 void pt100_modules::add(const std::string &text) {
@@ -60,7 +56,7 @@ unit_reply pt100_modules::answer(int unit, const byte_string &request) const {
     };
     if (request[0] != 3 && request[0] != 4) return refuse(modbus::illegal_function);
     if (request.size() != 5) return refuse(modbus::illegal_value);
-    const unsigned start = word(request, 1), count = word(request, 3);
+    const unsigned start = modbus::word(request, 1), count = modbus::word(request, 3);
     if (count < 1 || count > most_registers) return refuse(modbus::illegal_value);
     if (start + count > which.temperatures_degC.size()) return refuse(modbus::illegal_address);
     byte_string reply{request[0], static_cast<std::uint8_t>(2 * count)};

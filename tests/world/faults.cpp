@@ -375,7 +375,7 @@ segment_fate fault_injector::at_connect() {
 }
 
 bool fault_injector::is_read_back(const fakeplc::byte_string &request) const {
-    return request[0] == 3 && (request[1] << 8 | request[2]) == of_.box_machine.map.write.start;
+    return request[0] == 3 && fakeplc::modbus::word(request, 1) == of_.box_machine.map.write.start;
 }
 
 // It does what it is asked to, without a reply that can be taken.

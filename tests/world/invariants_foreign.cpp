@@ -94,8 +94,8 @@ class applied_invariant : public invariant {
             if (channels_[c].beyond >= most_beyond && seen.sent - channels_[c].beyond_ns >= lag_ns_)
                 violated(fmt::format("ACTIVE, and {} readings show {} applied beyond error_um",
                                      channels_[c].beyond, channel));
-            if (hears_all_ && follows && seen.sent - placed_ns_ > of_late &&
-                channels_[c].outside_s > report_s && block.reason != box_reason::unapplied)
+            if (hears_all_ && follows && channels_[c].outside_s > report_s &&
+                block.reason != box_reason::unapplied)
                 violated(
                     fmt::format("ACTIVE with reason {}, and what the PLC applies to {} was "
                                 "outside what was sent for {} s",

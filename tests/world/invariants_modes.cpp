@@ -206,8 +206,12 @@ class permission_invariant : public invariant {
         // By a late line the box may not have heard it.
         const bool heard =
             seen.duration != never && seen.now + seen.duration - seen.sent < facts.period_us * us;
-        if (!head.enables()) off_ns_ = seen.now, on_ns_ = never;
-        if (head.enables() && heard) on_ns_ = std::min(on_ns_, seen.sent);
+        if (!head.enables()) {
+            off_ns_ = seen.now;
+            on_ns_ = never;
+        } else if (heard) {
+            on_ns_ = std::min(on_ns_, seen.sent);
+        }
         if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
     }
     // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.

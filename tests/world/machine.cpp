@@ -25,6 +25,11 @@ std::vector<std::string> axis_signals() {
     return {"X", "Y", "Z"};
 }
 
+// out: the names of a term's outputs
+json outputs_of(const json &term) {
+    return term.value("outputs", json::array({term["name"]}));
+}
+
 struct draft {
     dice &chance;
     json root;
@@ -702,7 +707,7 @@ struct draft {
                          !term["bank"]["powers"].contains(axis) &&
                          parts_of_terms().count(term["name"]) == 0) {
                     widen_bank_by_axis(term["bank"], axis, own);
-                    add_to_sum(channel, term.value("outputs", json{term["name"]})[0]);
+                    add_to_sum(channel, outputs_of(term)[0]);
                 }
             }
         }
@@ -1349,11 +1354,6 @@ std::optional<machine> facts_of(const machine &base, const std::string &text) {
         return std::nullopt;
     }
     return made;
-}
-
-// out: the names of a term's outputs
-json outputs_of(const json &term) {
-    return term.value("outputs", json::array({term["name"]}));
 }
 
 // out: whether the later term takes an output of the earlier

@@ -238,12 +238,12 @@ void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_strin
     if (shown_.empty() && applied_.empty() && heartbeat_offset == 0 && unreferenced == 0 &&
         !nc_alarm)
         return;
-    const int start = request[1] << 8 | request[2],
+    const int start = fakeplc::modbus::word(request, 1),
               count = (static_cast<int>(reply.size()) - 2) / 2;
     const auto change = [&](int address, auto word_of) {
         if (address < start || address >= start + count) return;
         const auto at = static_cast<std::size_t>(2 + 2 * (address - start));
-        const unsigned word = word_of(static_cast<unsigned>(reply[at] << 8 | reply[at + 1]));
+        const unsigned word = word_of(fakeplc::modbus::word(reply, at));
         reply[at] = static_cast<std::uint8_t>(word >> 8);
         reply[at + 1] = static_cast<std::uint8_t>(word);
     };
@@ -394,7 +394,7 @@ std::vector<std::uint16_t> plc_side::registers(int start, int count) {
         control.answer({3, high(start), low(start), high(count), low(count)});
     std::vector<std::uint16_t> words;
     for (std::size_t i = 2; i + 1 < reply.size(); i += 2)
-        words.push_back(static_cast<std::uint16_t>(reply[i] << 8 | reply[i + 1]));
+        words.push_back(fakeplc::modbus::word(reply, i));
     return words;
 }
 

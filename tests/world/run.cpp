@@ -20,9 +20,7 @@ namespace compbox::world {
 
 namespace {
 
-unsigned bytes_in(const fakeplc::byte_string &of, std::size_t at) {
-    return static_cast<unsigned>(of[at] << 8 | of[at + 1]);
-}
+using fakeplc::modbus::word;
 
 // The longest time that the daemon may take from SIGTERM to its end, beside the ramps of its file.
 constexpr time_ns longest_stop = 120 * second;
@@ -291,7 +289,7 @@ void run::connect_wires() {
         bus_line->asks = [this](const serial_line::question &before,
                                 const fakeplc::byte_string &now, time_ns quiet) {
             each([&](invariant &one) {
-                one.module_asked({now[0], bytes_in(now, 2)}, before.prompt, before.frame.empty());
+                one.module_asked({now[0], word(now, 2)}, before.prompt, before.frame.empty());
                 one.line_asked(quiet, bus_line->silence());
             });
         };
@@ -322,14 +320,14 @@ void run::connect_wires() {
 bool run::is_probe(const fakeplc::byte_string &frame) const {
     constexpr int most = 3;
     if (frame.size() != 8 || frame[1] != 3) return false;
-    const int count = frame[4] << 8 | frame[5];
+    const int count = word(frame, 4);
     const fakeplc::register_map &map = running().map;
     return count <= most && count != map.read.count && count != map.write.count;
 }
 
 // A look back, which comes where the exchange leaves room, is not repeated.
 bool run::is_of_read_block(const fakeplc::byte_string &frame) const {
-    return frame[1] == 3 && (frame[2] << 8 | frame[3]) == running().map.read.start;
+    return frame[1] == 3 && word(frame, 2) == running().map.read.start;
 }
 
 // out: the signals of a module in these registers, each with its place; a register without one
@@ -348,7 +346,7 @@ std::map<std::size_t, std::string> run::thermometers_in(int unit, std::size_t st
 rtu_slaves::reply run::answer_module(int unit, const fakeplc::byte_string &request) {
     if (faults.module_is_silent(unit)) return {};
     auto reply = modules_.answer(unit, request);
-    const std::size_t start = bytes_in(request, 1), count = bytes_in(request, 3);
+    const std::size_t start = word(request, 1), count = word(request, 3);
     const auto thermometers = thermometers_in(unit, start, count);
     if (faults.module_refuses(unit))
         reply.pdu = fakeplc::modbus::exception_reply(request[0], 4);
@@ -356,7 +354,7 @@ rtu_slaves::reply run::answer_module(int unit, const fakeplc::byte_string &reque
         reply.pdu = fakeplc::modbus::exception_reply(request[0], 2);
     else
         for (const auto &[place, signal] : thermometers) {
-            const double degC = 0.1 * static_cast<std::int16_t>(bytes_in(reply.pdu, 2 + 2 * place));
+            const double degC = 0.1 * static_cast<std::int16_t>(word(reply.pdu, 2 + 2 * place));
             each([&, &name = signal](invariant &one) { one.sampled(name, degC); });
         }
     return {reply.pdu, reply.delay_ms * ms + box_machine.module_delay_ns};
@@ -563,9 +561,6 @@ void run::report(const char *invariant, const std::string &words) {
 // in : PDUs
 void run::note_exchange(time_ns sent, const fakeplc::byte_string &request,
                         const fakeplc::byte_string &reply, time_ns duration) {
-    const auto word = [](const fakeplc::byte_string &bytes, std::size_t at) {
-        return static_cast<std::uint16_t>(bytes[at] << 8 | bytes[at + 1]);
-    };
     const int start = request.size() < 3 ? 0 : word(request, 1);
     exchange seen{time.now(), sent, duration, request[0], 0, {}, start, {}};
     if (reply[0] & 0x80) {

@@ -218,9 +218,10 @@ void sensor_watch::judge(const std::vector<reading> &readings, time_ns now) {
         if (3 * ones_of(chosen & doubtful) <= n)
             add_choice(readings, chosen, compared(readings, chosen));
     }
+    const std::size_t suspects = n - count(trust::sure);
     for (std::size_t j = 0; j < n; ++j) {
         sensor &one = sensors_[j];
-        const std::size_t others = n - count(trust::sure) - (one.is != trust::sure);
+        const std::size_t others = suspects - (one.is != trust::sure);
         one.quiet.go_on(one.now.quiet, now);
         one.wrong.go_on(one.now.wrong && one.is != trust::doubted && 3 * (others + 1) <= n &&
                             now - begun_ns_ > pass_ns_ && now - stopped_ns_ > pass_ns_ + late_ns_,
