@@ -7,6 +7,11 @@
 
 namespace compbox::fakeplc {
 
+const char *box_mode::name_of(unsigned mode) {
+    static const char *const names[] = {"STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED"};
+    return mode < 6 ? names[mode] : "an unknown mode";
+}
+
 std::int64_t to_us(double seconds) {
     return std::llround(seconds * 1e6);
 }

@@ -19,7 +19,8 @@ std::int64_t to_us(double seconds);
 // The low byte of the box's status register (docs/DESIGN.md).
 namespace box_mode {
 enum : unsigned { standby = 0, active = 1, hold = 2, ramp = 3, fault = 4, stopped = 5 };
-}
+const char *name_of(unsigned mode);  // as the box calls it
+}  // namespace box_mode
 
 // Correction of an axis: um at reference_mm, and a slope around it.
 struct correction {

@@ -12,11 +12,6 @@ namespace {
 
 enum control_bit : std::uint16_t { bit_enable = 1, bit_reset = 4, bit_permit = 8 };
 
-const char *mode_name(unsigned mode) {
-    static const char *const names[] = {"STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED"};
-    return mode < 6 ? names[mode] : "an unknown mode";
-}
-
 }  // namespace
 
 std::uint16_t fake_plc::control_word() const {
@@ -101,8 +96,8 @@ void fake_plc::note_changes() {
     tell(duties_.take_events());
     if (duties_.status() != last_noted_status_) {
         last_noted_status_ = duties_.status();
-        event(
-            fmt::format("box is {} reason {}", mode_name(duties_.mode()), last_noted_status_ >> 8));
+        event(fmt::format("box is {} reason {}", box_mode::name_of(duties_.mode()),
+                          last_noted_status_ >> 8));
     }
     tell(alarms_.take_events());
     tell(probes_.take_events());

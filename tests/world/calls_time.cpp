@@ -28,6 +28,7 @@ time_ns now_by(clockid_t clock) {
 extern "C" {
 
 int world_clock_gettime(clockid_t clock, timespec *to) {
+    ++here().calls;
     here().time.pass(60);
     *to = spec_of(now_by(clock));
     return 0;

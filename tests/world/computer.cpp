@@ -59,6 +59,7 @@ void computer::start_daemon(const std::vector<std::string> &arguments) {
 }
 
 call_fate computer::begin(const char *name, const open_file *file, const char *path) {
+    ++calls;
     const std::uint64_t bits = chance_.next();
     time.pass(1 * us + static_cast<time_ns>(bits & 0xFFF));  // up to 5 µs
     call_fate fate;

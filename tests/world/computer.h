@@ -144,6 +144,7 @@ class computer {
     // Calls on TCP sockets, of all processes: requests that were taken whole, and results that end
     // a connection.
     std::uint64_t tcp_sent = 0, tcp_ended = 0;
+    std::uint64_t calls = 0;  // of all kinds, looks at a clock included, of all processes
     // When a call that is not made again was last interrupted.
     time_ns interrupted_ns = -never / 2;
     time_ns hung_up_ns = -never / 2;  // the newest SIGHUP

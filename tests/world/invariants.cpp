@@ -31,6 +31,7 @@ invariants all_invariants(run &of) {
     add_doubts(of, all);
     add_rows(of, all);
     add_shown(of, all);
+    add_contents(of, all);
     add_wire(of, all);
     add_counters(of, all);
     add_lags(of, all);

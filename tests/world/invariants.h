@@ -113,6 +113,7 @@ void add_causes(run &of, invariants &all);     // invariants_causes.cpp
 void add_doubts(run &of, invariants &all);     // invariants_doubts.cpp
 void add_rows(run &of, invariants &all);       // invariants_rows.cpp
 void add_shown(run &of, invariants &all);      // invariants_shown.cpp
+void add_contents(run &of, invariants &all);   // invariants_contents.cpp
 void add_wire(run &of, invariants &all);       // invariants_wire.cpp
 void add_counters(run &of, invariants &all);   // invariants_counters.cpp
 void add_lags(run &of, invariants &all);       // invariants_lags.cpp

@@ -17,11 +17,6 @@ namespace compbox::world {
 
 namespace {
 
-const char *name_of_mode(unsigned mode) {
-    static const char *const names[] = {"STANDBY", "ACTIVE", "HOLD", "RAMP", "FAULT", "STOPPED"};
-    return mode < 6 ? names[mode] : "an unknown mode";
-}
-
 // What a mode may be based on: readings of at most three periods, the heartbeat of its timeout, and
 // a PLC that does not refuse each write for three seconds. In FC23 a write carries the step before
 // it.
@@ -318,11 +313,11 @@ class reset_invariant : public invariant {
             block.mode == fakeplc::box_mode::stopped || block.reason == box_reason::stop;
         if (in_fault_ && !stops && edge_ns_ < since_ns_)
             violated(fmt::format("FAULT became {} without an edge of the reset bit then",
-                                 name_of_mode(block.mode)));
+                                 fakeplc::box_mode::name_of(block.mode)));
         // With FC23 a write has the step before.
         if (in_fault_ && !stops && seen_all() && alarms_ > 2 && reason_ == box_reason::nc_alarm)
-            violated(
-                fmt::format("FAULT became {}, and the NC's alarm lasts", name_of_mode(block.mode)));
+            violated(fmt::format("FAULT became {}, and the NC's alarm lasts",
+                                 fakeplc::box_mode::name_of(block.mode)));
         in_fault_ = false;
     }
 
@@ -393,14 +388,16 @@ class status_invariant : public invariant {
         const bool rests =
             block.mode == fakeplc::box_mode::standby || block.mode == fakeplc::box_mode::stopped;
         if (rests && !block.is_zero())
-            violated(fmt::format("{} with an output that is not zero", name_of_mode(block.mode)));
+            violated(fmt::format("{} with an output that is not zero",
+                                 fakeplc::box_mode::name_of(block.mode)));
         if (!block.counters_agree) violated("the counters of the write block differ");
         static const std::set<unsigned> active = {none,    unapplied,    degraded,
                                                   limited, extrapolated, drifted};
         if (block.mode == fakeplc::box_mode::active && active.count(block.reason) == 0)
             violated(fmt::format("ACTIVE with reason {}", block.reason));
         if ((block.mode == fakeplc::box_mode::fault) != is_fault(block.reason))
-            violated(fmt::format("{} with reason {}", name_of_mode(block.mode), block.reason));
+            violated(fmt::format("{} with reason {}", fakeplc::box_mode::name_of(block.mode),
+                                 block.reason));
         static const std::set<unsigned> caused = {signal, limited, unapplied,
                                                   demand, foreign, drifted};
         if (facts.map.detail && block.reason != degraded &&

@@ -340,6 +340,34 @@ class memory_invariant : public invariant {
     bool judged_;
 };
 
+// No thread works without a pause. Calls that fail at once, as a sleep that each signal ends, come
+// again at once.
+class calm_invariant : public invariant {
+  public:
+    explicit calm_invariant(run &of)
+        : invariant(of, "calm"),
+          judged_(!draws_any(of, {fault_kind::refuse, fault_kind::partial})) {}
+    void started() override { begin(); }
+    void ticked() override {
+        if (of_.time.now() - since_ns_ < second) return;
+        const double seconds = 1e-9 * static_cast<double>(of_.time.now() - since_ns_);
+        const double calls = static_cast<double>(of_.box.calls - calls_);
+        if (judged_ && calls > most * seconds)
+            violated(fmt::format("{:.0f} calls in {:.1f} s", calls, seconds));
+        begin();
+    }
+
+  private:
+    static constexpr double most = 12000;  // a second; half of all seconds have about 1800
+    void begin() {
+        since_ns_ = of_.time.now();
+        calls_ = of_.box.calls;
+    }
+    bool judged_;
+    time_ns since_ns_ = 0;
+    std::uint64_t calls_ = 0;
+};
+
 // Ticks are never made up for: from a write to the one two steps later is at least a period. FC23
 // has the outputs of the step before, and sends none of before a suspend.
 class tick_invariant : public invariant {
@@ -453,6 +481,17 @@ class overrun_invariant : public invariant {
     time_ns ticked_ns_ = never, full_ns_ = never, possibly_ns_ = never;
 };
 
+// Cycles complete at their time, and so do the calls of the threads beside them.
+bool is_regular(const run &of) {
+    return longest_lag(of) == 0 && !draws_any(of, {fault_kind::suspend, fault_kind::partial,
+                                                   fault_kind::stall, fault_kind::disk});
+}
+
+// Whether this start of the daemon has systemd as its supervisor.
+bool is_a_service(const run &of) {
+    return of.box.environment.count("NOTIFY_SOCKET") > 0 && !draws(of, fault_kind::refuse);
+}
+
 // The hardware watchdog and systemd are fed by completed cycles alone, and READY waits for one.
 // systemd gets one at half of its time-out, or soon behind one that was refused. Whoever ends as
 // asked leaves the hardware watchdog disarmed.
@@ -461,21 +500,25 @@ class watchdog_invariant : public invariant {
     explicit watchdog_invariant(run &of) : invariant(of, "watchdog") {}
     void started() override {
         fed_ = {};
-        waited_ = false;
+        first_ns_ = ready_ns_ = never;
     }
     void ticked() override {
+        const time_ns now = of_.time.now();
         fed_[0].since_tick = fed_[1].since_tick = 0;
-        waited_ = true;
+        if (first_ns_ == never) first_ns_ = fed_[0].at_ns = fed_[1].at_ns = now;
+        if (is_a_service(of_) && is_regular(of_)) judge_silence(now);
     }
     void supervised(const std::string &words) override {
-        if (words == "READY=1" && !waited_)
+        if (words == "READY=1" && first_ns_ == never)
             violated("systemd hears READY before the first tick, let alone a cycle");
+        if (words == "READY=1") ready_ns_ = of_.time.now();
         if (!words.empty() && words != "WATCHDOG=1" && words != "V") return;
         feeding &who = fed_[words == "WATCHDOG=1"];
         const time_ns since_ns = of_.time.now() - who.at_ns,
                       due_ns = std::max(who.at_ns + run::systemd_waits / 2, of_.box.unheard_ns);
         who.at_ns = of_.time.now();
-        if (words == "WATCHDOG=1" && who.armed && is_regular() && of_.time.now() - due_ns > second)
+        if (words == "WATCHDOG=1" && who.armed && is_regular(of_) &&
+            of_.time.now() - due_ns > second)
             violated(
                 fmt::format("systemd is fed {} ms behind the last time, and its time-out is {}"
                             " ms",
@@ -493,10 +536,15 @@ class watchdog_invariant : public invariant {
     }
 
   private:
-    // Cycles complete at their time.
-    bool is_regular() const {
-        return longest_lag(of_) == 0 && !draws_any(of_, {fault_kind::suspend, fault_kind::partial,
-                                                         fault_kind::stall, fault_kind::disk});
+    // Cycles end, and nobody hears of it.
+    void judge_silence(time_ns now) {
+        if (ready_ns_ == never && now - std::max(first_ns_, of_.box.unheard_ns) > second)
+            violated(fmt::format("cycles for {} ms, and systemd has not heard READY",
+                                 (now - first_ns_) / ms));
+        if (now - std::max(fed_[1].at_ns, of_.box.unheard_ns) > run::systemd_waits / 2 + second)
+            violated(fmt::format("systemd is not fed for {} ms", (now - fed_[1].at_ns) / ms));
+        if (of_.has_watchdog() && now - fed_[0].at_ns > run::watchdog_waits / 2)
+            violated(fmt::format("the watchdog is not fed for {} ms", (now - fed_[0].at_ns) / ms));
     }
     struct feeding {
         bool armed = false;
@@ -504,7 +552,87 @@ class watchdog_invariant : public invariant {
         time_ns at_ns = 0;
     };
     std::array<feeding, 2> fed_;  // the hardware, systemd
-    bool waited_ = false;         // for its first tick
+    time_ns first_ns_ = never;    // tick
+    time_ns ready_ns_ = never;
+};
+
+// What `systemctl status` shows is the mode, reason and revision of the writes, and each reason has
+// its own words. Who stops has told systemd for how long at most.
+class service_status_invariant : public invariant {
+  public:
+    explicit service_status_invariant(run &of) : invariant(of, "service-status") {}
+    void started() override {
+        told_.clear();
+        since_ns_ = asked_ns_ = stopping_ns_ = never;
+    }
+    void ticked() override {
+        if (of_.asked_to_stop && asked_ns_ == never) asked_ns_ = of_.time.now();
+    }
+    void exchanged(const exchange &seen) override {
+        if (seen.written.empty() || !is_a_service(of_) || !is_regular(of_)) return;
+        const machine &author = of_.author_of(seen);
+        const written_block &block = block_of(author, seen);
+        const state is = {block.mode, block.reason, author.revision};
+        // Who sends nothing may have another state in between.
+        if (since_ns_ == never || is != is_ || seen.sent - sent_ns_ > second / 2)
+            since_ns_ = seen.sent;
+        is_ = is;
+        sent_ns_ = seen.sent;
+        // A status that has just come may be of a block that has yet to come.
+        if (seen.sent - std::max(since_ns_, of_.box.unheard_ns) > settled &&
+            (told_.empty() || seen.sent - told_ns_ > second))
+            judge();
+    }
+    void supervised(const std::string &words) override {
+        if (words.rfind("STATUS=", 0) == 0) {
+            told_ = words.substr(7);
+            told_ns_ = of_.time.now();
+        }
+        if (words.rfind("STOPPING=1\nEXTEND_TIMEOUT_USEC=", 0) != 0) return;
+        stopping_ns_ = of_.time.now();
+        most_ns_ = std::stoll(words.substr(words.rfind('=') + 1)) * us;
+    }
+    void ended(const ending &how) override {
+        const time_ns now = of_.time.now();
+        if (how.by_signal || asked_ns_ == never || !is_a_service(of_) || !is_regular(of_)) return;
+        if (stopping_ns_ == never && now - std::max(asked_ns_, of_.box.unheard_ns) > second / 5)
+            violated("the daemon stopped, and has not told systemd");
+        if (stopping_ns_ != never && now - stopping_ns_ > most_ns_)
+            violated(fmt::format("the daemon stopped within {} ms, and promised {}",
+                                 (now - stopping_ns_) / ms, most_ns_ / ms));
+    }
+
+  private:
+    struct state {
+        unsigned mode = 0, reason = 0, revision = 0;
+        bool operator!=(const state &other) const {
+            return std::tie(mode, reason, revision) !=
+                   std::tie(other.mode, other.reason, other.revision);
+        }
+    };
+    void judge() {
+        const std::size_t mode_ends = told_.find(": "), reason_ends = told_.find("; revision ");
+        if (mode_ends == std::string::npos || reason_ends == std::string::npos)
+            return violated(fmt::format("systemd's status is \"{}\"", told_));
+        if (told_.substr(0, mode_ends) != fakeplc::box_mode::name_of(is_.mode))
+            violated(fmt::format("systemd's status is \"{}\", and the PLC has had {} for {} ms",
+                                 told_, fakeplc::box_mode::name_of(is_.mode), settled / ms));
+        if (std::stoul(told_.substr(reason_ends + 11)) != is_.revision)
+            violated(fmt::format("systemd's status is \"{}\", and the revision {}", told_,
+                                 is_.revision));
+        const std::string words = told_.substr(mode_ends + 2, reason_ends - mode_ends - 2);
+        if (reasons_.emplace(words, is_.reason).first->second != is_.reason)
+            violated(fmt::format("systemd's status is \"{}\" for the reasons {} and {}", told_,
+                                 reasons_[words], is_.reason));
+    }
+
+    static constexpr time_ns settled = 3 * second;
+    std::string told_;                         // without `STATUS=`, …
+    time_ns told_ns_ = 0;                      // … and when it came
+    std::map<std::string, unsigned> reasons_;  // by their words
+    state is_;                                 // of the newest write, …
+    time_ns sent_ns_ = 0, since_ns_ = never;   // … and since when all have it
+    time_ns asked_ns_ = never, stopping_ns_ = never, most_ns_ = 0;
 };
 
 }  // namespace
@@ -518,8 +646,10 @@ void add_process(run &of, invariants &all) {
     all.push_back(std::make_unique<report_invariant>(of));
     all.push_back(std::make_unique<reconnect_invariant>(of));
     all.push_back(std::make_unique<tick_invariant>(of));
+    all.push_back(std::make_unique<calm_invariant>(of));
     all.push_back(std::make_unique<overrun_invariant>(of));
     all.push_back(std::make_unique<watchdog_invariant>(of));
+    all.push_back(std::make_unique<service_status_invariant>(of));
 }
 
 }  // namespace compbox::world

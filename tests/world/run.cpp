@@ -453,7 +453,7 @@ void run::start_daemon() {
     if (keeps_snapshot()) words.insert(words.end(), {"--snapshot", snapshot_path});
     if (keeps_slow_snapshot()) words.insert(words.end(), {"--snapshot-every", "1000"});
     if (keeps_events()) words.insert(words.end(), {"--events", events_path});
-    if (options.seed % 3 == 0) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
+    if (has_watchdog()) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
     if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
         box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"},

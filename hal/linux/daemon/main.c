@@ -406,6 +406,7 @@ static bool start(struct daemon *daemon) {
     log_keys(daemon);
     cb_can_source_start(&daemon->loop.target.can, config);
     run->can_used = cb_can_source_used(&daemon->loop.target.can);
+    run->bus = &daemon->bus;
     daemon->can = (struct cb_can_sockets){.source = &daemon->loop.target.can, .log = &daemon->log};
     cb_can_sockets_serve(&daemon->can, config, cb_boottime_us());
     cb_sample_ring_start(&daemon->loop.target.bus);
@@ -462,7 +463,6 @@ static void take_last_row(struct daemon *daemon) {
 static int write_stats(struct daemon *daemon) {
     struct cb_stats_run *run = &daemon->stats.run;
     run->rows_lost = cb_ring_lost(&daemon->loop.ring) - (daemon->took_beside ? 1 : 0);
-    run->bus = &daemon->bus;
     run->lowered = daemon->reload.lowered;
     run->reload_pending = daemon->reload.pending;
     run->reloads_taken = daemon->reload.taken;

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: MIT
+// What the daemon's files say of the coefficient file beside them, and of the run: each signal,
+// term and channel once, in its order, with what the file states of it (docs/snapshot.md,
+// docs/record.md, docs/compboxd.md).
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/world/blocks.h"
+#include "tests/world/invariants.h"
+#include "tests/world/run.h"
+
+namespace compbox::world {
+
+namespace {
+
+using nlohmann::json;
+
+// out: what the terms of a file put out, in its order
+json outputs_of(const json &term) {
+    return term.value("outputs", json::array({term.value("name", "")}));
+}
+
+class contents_invariant : public invariant {
+  public:
+    explicit contents_invariant(run &of) : invariant(of, "contents") {}
+    void started() override {
+        started_s_ = wall_s();
+        first_ns_ = never;
+    }
+    void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
+    void ticked() override {
+        if (first_ns_ == never) first_ns_ = of_.box.boottime();
+    }
+    void shown(const json &snapshot) override {
+        const machine *of = begins_with(run::snapshot_path, snapshot);
+        if (of == nullptr) return;
+        const json &file = of->file();
+        judge_signals(file.at("signals"), snapshot.at("signals"));
+        judge_terms(file, snapshot);
+        judge_channels(*of, file.at("channels"), snapshot.at("channels"));
+        // A bus starts soon behind the first row of its file.
+        const bool starts = snapshot.at("reason") == "no cycle has run yet" ||
+                            of_.time.now() - taken_ns_ < 3 * second;
+        if (starts) return;
+        same("whether there is CAN", snapshot.contains("can"), uses_can(file));
+        same("whether there is a bus", snapshot.contains("bus"), file.contains("buses"));
+    }
+    void reported(const json &all) override {
+        if (begins_with(run::stats_path, all) == nullptr) return;
+        same("the statistics' config", all.at("config"), run::config_path);
+        // Behind its first tick, by the clock that a suspend does not stop.
+        const double most_s =
+            first_ns_ == never ? 0 : 1e-9 * static_cast<double>(of_.box.boottime() - first_ns_);
+        if (all.at("elapsed_s") < 0 || all.at("elapsed_s") > most_s + 1e-3)
+            violated(fmt::format("elapsed_s is {}, {} s behind the first tick",
+                                 all.at("elapsed_s").dump(), most_s));
+    }
+    void ended(const ending &how) override {
+        const std::string record = of_.box.files.text(run::record_path);
+        if (!how.by_signal && knows_files() && !record.empty())
+            judge_header(record.substr(0, record.find('\n')));
+    }
+
+  private:
+    double wall_s() const { return 1e-9 * static_cast<double>(of_.box.wall()); }
+    bool knows_files() const {
+        return !draws_any(of_, {fault_kind::hostile, fault_kind::memory, fault_kind::disk});
+    }
+    void same(const std::string &what, const json &is, const json &stated) {
+        if (is != stated) violated(fmt::format("{} is {}, not {}", what, is.dump(), stated.dump()));
+    }
+    static bool uses_can(const json &file) {
+        const json &signals = file.at("signals");
+        return file.value("can", json::object()).contains("nodes") ||
+               std::any_of(signals.begin(), signals.end(),
+                           [](const json &one) { return one.contains("can"); });
+    }
+    // Of float32.
+    void near(const std::string &what, const json &is, double stated) {
+        if (!is.is_number() || std::fabs(is.get<double>() - stated) > 1e-6 * std::fabs(stated))
+            violated(fmt::format("{} is {}, not {}", what, is.dump(), stated));
+    }
+
+    // What both files have of run and coefficient file. out: the latter; nullptr: not known
+    const machine *begins_with(const std::string &path, const json &all) {
+        if (!knows_files()) return nullptr;
+        const machine *of = of_.with_revision(all.at("revision"));
+        if (of == nullptr) return nullptr;
+        same(path + ": machine", all.at("machine"), of->file().at("machine").at("name"));
+        same(path + ": period_us", all.at("period_us"), of->period_us);
+        if (!draws(of_, fault_kind::clock) &&
+            std::fabs(all.at("started_unix_s").get<double>() - started_s_) > 5)
+            violated(fmt::format("{}: started_unix_s is {}, and the daemon came at {} s", path,
+                                 all.at("started_unix_s").dump(), started_s_));
+        return of;
+    }
+    void judge_signals(const json &stated, const json &shown) {
+        same("the number of signals", shown.size(), stated.size());
+        for (std::size_t i = 0; i < stated.size() && i < shown.size(); ++i) {
+            same("a signal", shown[i].at("name"), stated[i].at("name"));
+            same("a unit", shown[i].at("unit"), stated[i].value("unit", ""));
+        }
+    }
+    void judge_terms(const json &file, const json &snapshot) {
+        json names = json::array(), adapted = json::array(), shown_adapted = json::array();
+        for (const json &term : file.at("terms")) {
+            for (const json &output : outputs_of(term)) names.push_back(output);
+            if (term.at("type") == "adapt") adapted.push_back({term.at("name"), term.at("of")});
+        }
+        json shown = json::array();
+        for (const json &term : snapshot.at("terms")) shown.push_back(term.at("name"));
+        same("the list of terms", shown, names);
+        for (const json &one : snapshot.value("adapted", json::array()))
+            shown_adapted.push_back({one.at("name"), one.at("of")});
+        same("the list of adapted terms", shown_adapted, adapted);
+    }
+    void judge_channels(const machine &of, const json &stated, const json &shown) {
+        same("the number of channels", shown.size(), stated.size());
+        for (std::size_t i = 0; i < stated.size() && i < shown.size(); ++i) {
+            same("a channel", shown[i].at("name"), stated[i].at("name"));
+            same("the terms of a channel", shown[i].at("terms"), stated[i].at("sum"));
+            near("limit_um", shown[i].at("limit_um"), of.channels[i].limit_um);
+            if (!stated[i].contains("applied") && !shown[i].at("applied_um").is_null())
+                violated(fmt::format("applied_um of {} is {}, and it has none",
+                                     stated[i].at("name").dump(), shown[i].dump()));
+        }
+    }
+    // The columns of a record are those of a file that came.
+    void judge_header(const std::string &header) {
+        for (unsigned revision = 1; revision <= of_.revision; ++revision) {
+            const machine *of = of_.with_revision(revision);
+            if (of != nullptr && header_of(of->file()) == header) return;
+        }
+        violated(fmt::format("the record has other columns than each file: {}", header));
+    }
+    static std::string header_of(const json &file) {
+        std::string header = "time_s", sigmas;
+        for (const json &signal : file.at("signals"))
+            header += "," + signal.at("name").get<std::string>();
+        for (const json &term : file.at("terms"))
+            for (const std::string output : outputs_of(term)) {
+                header += "," + output;
+                if (term.contains("sigma") || term.at("type") == "adapt")
+                    sigmas += ",sigma_" + output;
+            }
+        for (const json &channel : file.at("channels"))
+            header += fmt::format(",comp_{}_um", channel.at("name").get<std::string>());
+        return header + sigmas + ",mode,reason,unix_s";
+    }
+
+    double started_s_ = 0;
+    time_ns first_ns_ = never;       // tick
+    time_ns taken_ns_ = -never / 2;  // the newest file
+};
+
+}  // namespace
+
+void add_contents(run &of, invariants &all) {
+    all.push_back(std::make_unique<contents_invariant>(of));
+}
+
+}  // namespace compbox::world
