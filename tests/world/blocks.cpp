@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "tests/world/blocks.h"
 
+#include <fmt/core.h>
+#include <zlib.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -120,6 +123,11 @@ std::optional<double> number_at(const nlohmann::json &entries, const std::string
     for (const auto &entry : entries)
         if (entry.at("name") == name && entry.at(key).is_number()) return entry.at(key);
     return std::nullopt;
+}
+
+std::string crc_of(const std::string &text) {
+    const auto *bytes = reinterpret_cast<const unsigned char *>(text.data());
+    return fmt::format("{:08x}", crc32(0, bytes, static_cast<unsigned>(text.size())));
 }
 
 double at_a_limit(double value) {

@@ -82,6 +82,8 @@ void each_signal(const machine &of, const exchange &seen,
 // in : entries: a list of a snapshot. out: this member of the one of that name, if it is a number
 std::optional<double> number_at(const nlohmann::json &entries, const std::string &name,
                                 const char *key);
+// out: CRC-32 of a coefficient file, as the box prints it
+std::string crc_of(const std::string &text);
 // out: how far such a value may be beyond the range of its signal, and the box takes it
 double at_a_limit(double value);
 

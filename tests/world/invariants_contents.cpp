@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
 #include "tests/world/run.h"
@@ -37,6 +38,9 @@ class contents_invariant : public invariant {
         const machine *of = begins_with(run::snapshot_path, snapshot);
         if (of == nullptr) return;
         const json &file = of->file();
+        same("the format of the snapshot", snapshot.at("snapshot"), 1);
+        judge_time(snapshot.at("unix_s"));
+        if (snapshot.at("cause").is_object()) judge_cause(snapshot.at("cause"));
         judge_signals(file.at("signals"), snapshot.at("signals"));
         judge_terms(file, snapshot);
         judge_channels(*of, file.at("channels"), snapshot.at("channels"));
@@ -46,9 +50,12 @@ class contents_invariant : public invariant {
         if (starts) return;
         same("whether there is CAN", snapshot.contains("can"), uses_can(file));
         same("whether there is a bus", snapshot.contains("bus"), file.contains("buses"));
+        judge_buses(file, snapshot);
     }
     void reported(const json &all) override {
-        if (begins_with(run::stats_path, all) == nullptr) return;
+        const machine *of = begins_with(run::stats_path, all);
+        if (of == nullptr) return;
+        if (of_.time.now() - taken_ns_ > 3 * second) judge_buses(of->file(), all);
         same("the statistics' config", all.at("config"), run::config_path);
         // Behind its first tick, by the clock that a suspend does not stop.
         const double most_s =
@@ -77,6 +84,15 @@ class contents_invariant : public invariant {
                std::any_of(signals.begin(), signals.end(),
                            [](const json &one) { return one.contains("can"); });
     }
+    // out: one of the words is this number, to six digits
+    static bool has_number(const std::string &text, double number) {
+        const std::vector<std::string> words = formats::split(text, ' ');
+        return std::any_of(words.begin(), words.end(), [number](const std::string &word) {
+            char *end = nullptr;
+            const double is = std::strtod(word.c_str(), &end);
+            return end != word.c_str() && std::fabs(is - number) <= 1e-5 * std::fabs(number);
+        });
+    }
     // Of float32.
     void near(const std::string &what, const json &is, double stated) {
         if (!is.is_number() || std::fabs(is.get<double>() - stated) > 1e-6 * std::fabs(stated))
@@ -95,6 +111,40 @@ class contents_invariant : public invariant {
             violated(fmt::format("{}: started_unix_s is {}, and the daemon came at {} s", path,
                                  all.at("started_unix_s").dump(), started_s_));
         return of;
+    }
+    // Of a file that is written now.
+    void judge_time(double unix_s) {
+        if (longest_lag(of_) == 0 && std::fabs(unix_s - wall_s()) > 1 &&
+            !draws_any(of_, {fault_kind::clock, fault_kind::suspend, fault_kind::partial}))
+            violated(fmt::format("a snapshot of {} s is written at {} s", unix_s, wall_s()));
+    }
+    // Its sentence has the names and numbers beside it.
+    void judge_cause(const json &cause) {
+        const std::string text = cause.at("text");
+        const std::string of = fmt::format("{} {} ", cause.at("of").get<std::string>(),
+                                           cause.at("name").get<std::string>());
+        bool agrees = text.rfind(of, 0) == 0 && text.find(" -0 ") == std::string::npos;
+        for (const char *key : {"value", "bound"})
+            if (agrees && cause.contains(key) && cause.at(key).is_number())
+                agrees = has_number(text.substr(of.size()), cause.at(key));
+        if (!agrees) violated("a cause has other members than its text: " + cause.dump());
+    }
+    // The names of CAN and of the bus.
+    void judge_buses(const json &file, const json &shown) {
+        if (shown.contains("can")) {
+            const json can = file.value("can", json::object());
+            same("the interface", shown.at("can").at("interface"), can.value("interface", "can0"));
+            json is = json::array(), stated = json::array();
+            for (const json &node : shown.at("can").at("nodes")) is.push_back(node.at("node"));
+            for (const json &node : can.value("nodes", json::array()))
+                stated.push_back(node.at("node"));
+            same("the list of nodes", is, stated);
+        }
+        if (shown.contains("bus")) {
+            const json &bus = file.at("buses").at(0);
+            same("the bus", shown.at("bus").at("name"), bus.at("name"));
+            same("its device", shown.at("bus").at("device"), bus.at("rtu").at("device"));
+        }
     }
     void judge_signals(const json &stated, const json &shown) {
         same("the number of signals", shown.size(), stated.size());

@@ -646,6 +646,7 @@ class events_invariant : public invariant {
     explicit events_invariant(run &of) : invariant(of, "events") {}
     void started() override {
         check();
+        boots_.insert(of_.box.boot_id());
         lost_ = left_out_ = modes_ = changes_ = 0;
         untold_.reset();
         rotated_ = gives_up_ = false;
@@ -737,6 +738,7 @@ class events_invariant : public invariant {
     // Only an event about a coefficient file says who brought one.
     void judge(const nlohmann::json &event) {
         judge_clocks(event);
+        if (event.contains("boot_s")) judge_words(event);
         lost_ += event.value("lost_before", std::uint64_t{0});
         const std::string mode = event.value("mode", "");  // others have none
         modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;
@@ -754,6 +756,61 @@ class events_invariant : public invariant {
         if (event.contains("file") && event.at("file").contains("requested_by") &&
             longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
             judge_request(event);
+    }
+    // Its members say the same as its text, and a file has its own check sum.
+    void judge_words(const nlohmann::json &event) {
+        const std::string text = event.value("text", ""), kind = event.value("kind", "");
+        if (kind.empty() || text.empty() || (kind == "mode") != event.contains("mode"))
+            violated("an event lacks text, kind or mode: " + event.dump());
+        if (kind == "mode") {
+            const std::string cause = event.at("cause");
+            const std::string words = fmt::format("{}: {}{}{}", event.at("mode").get<std::string>(),
+                                                  event.at("reason").get<std::string>(),
+                                                  cause.empty() ? "" : ": ", cause);
+            if (text != words)
+                violated("an event has other members than its text: " + event.dump());
+        }
+        judge_sum(event);
+        judge_origin(event, kind, text);
+        if (!event.contains("file")) return;
+        const nlohmann::json &file = event.at("file");
+        judge_sum(file);
+        const std::size_t at = text.rfind(": revision ");
+        if (at != std::string::npos && std::stoul(text.substr(at + 11)) != file.at("revision"))
+            violated("an event is about another file than its text: " + event.dump());
+        const std::string crc = file.at("crc"), sha = file.at("sha256");
+        if (sha.size() != 64 || hashes_.emplace(crc, sha).first->second != sha)
+            violated(fmt::format("the file with crc {} has the hashes {} and {}", crc, sha,
+                                 hashes_[crc]));
+        const auto by = file.value("requested_by", nlohmann::json{{"pid", 1}, {"user", 0}});
+        if (by.at("pid") != 1 || by.at("user") != 0 || file.at("owner") != 1000)
+            violated("a file is of another user: " + event.dump());
+        const double modified_s = file.at("modified_unix_s"), now_s = event.at("unix_s");
+        if (!draws(of_, fault_kind::clock) && (modified_s > now_s || modified_s < now_s - 1e5))
+            violated(fmt::format("a file of {} s comes at {} s", modified_s, now_s));
+    }
+    // The computer's start, its clock's state, and the log's kind of line.
+    void judge_origin(const nlohmann::json &event, const std::string &kind,
+                      const std::string &text) {
+        const bool refused = draws_any(of_, {fault_kind::refuse, fault_kind::partial});
+        if (!refused && boots_.count(event.at("boot")) == 0)
+            violated("an event is of another start of the computer: " + event.dump());
+        if (!refused && !draws(of_, fault_kind::clock) &&
+            event.at("synchronised") != of_.box.synchronised)
+            violated("an event has another state of the clock: " + event.dump());
+        static const std::set<std::string> kinds = {"run", "mode", "link", "wire",
+                                                    "can", "bus",  "file"};
+        const bool is_link = text.rfind("connect", 0) == 0 || text.rfind("cannot connect", 0) == 0;
+        if (kinds.count(kind) == 0 || (is_link && kind != "link"))
+            violated("an event is of another kind: " + event.dump());
+    }
+    // in : of: with revision and check sum
+    void judge_sum(const nlohmann::json &of) {
+        const machine *is = of.contains("crc") ? of_.with_revision(of.at("revision")) : nullptr;
+        if (is == nullptr || draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return;
+        if (of.at("crc") != crc_of(is->text))
+            violated(fmt::format("an event has crc {} for revision {}: {}", of.at("crc").dump(),
+                                 is->revision, crc_of(is->text)));
     }
     // Both of its times are of one moment.
     void judge_clocks(const nlohmann::json &event) {
@@ -826,6 +883,8 @@ class events_invariant : public invariant {
         return lines < lines_ && before != nullptr &&
                formats::split(before->bytes, '\n').size() == lines_;
     }
+    std::map<std::string, std::string> hashes_;  // of files, by their check sum
+    std::set<std::string> boots_;                // starts of the computer
     std::size_t lines_ = 0;
     std::size_t safe_ = 0;  // of a daemon that ended with 0
     std::size_t aside_bytes_ = 0;

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
@@ -557,19 +558,20 @@ class watchdog_invariant : public invariant {
 };
 
 // What `systemctl status` shows is the mode, reason and revision of the writes, and each reason has
-// its own words. Who stops has told systemd for how long at most.
+// its own words. The newest line of the log about the mode has the same. Who stops has told systemd
+// for how long at most.
 class service_status_invariant : public invariant {
   public:
     explicit service_status_invariant(run &of) : invariant(of, "service-status") {}
     void started() override {
-        told_.clear();
+        told_ = line_ = {};
         since_ns_ = asked_ns_ = stopping_ns_ = never;
     }
     void ticked() override {
         if (of_.asked_to_stop && asked_ns_ == never) asked_ns_ = of_.time.now();
     }
     void exchanged(const exchange &seen) override {
-        if (seen.written.empty() || !is_a_service(of_) || !is_regular(of_)) return;
+        if (seen.written.empty() || !is_regular(of_)) return;
         const machine &author = of_.author_of(seen);
         const written_block &block = block_of(author, seen);
         const state is = {block.mode, block.reason, author.revision};
@@ -578,19 +580,23 @@ class service_status_invariant : public invariant {
             since_ns_ = seen.sent;
         is_ = is;
         sent_ns_ = seen.sent;
-        // A status that has just come may be of a block that has yet to come.
-        if (seen.sent - std::max(since_ns_, of_.box.unheard_ns) > settled &&
-            (told_.empty() || seen.sent - told_ns_ > second))
-            judge();
+        const time_ns stands_ns = seen.sent - std::max(since_ns_, of_.box.unheard_ns);
+        if (is_a_service(of_) && stands_ns > settled && told_.is_old(seen.sent)) judge();
+        const bool reads = !line_.words.empty() && !draws(of_, fault_kind::reader);
+        if (reads && stands_ns > settled && line_.is_old(seen.sent)) judge_line();
     }
     void supervised(const std::string &words) override {
-        if (words.rfind("STATUS=", 0) == 0) {
-            told_ = words.substr(7);
-            told_ns_ = of_.time.now();
-        }
+        if (words.rfind("STATUS=", 0) == 0) told_ = {words.substr(7), of_.time.now()};
         if (words.rfind("STOPPING=1\nEXTEND_TIMEOUT_USEC=", 0) != 0) return;
         stopping_ns_ = of_.time.now();
         most_ns_ = std::stoll(words.substr(words.rfind('=') + 1)) * us;
+    }
+    void logged(const std::string &line) override {
+        static const std::regex about_mode(R"( (STANDBY|ACTIVE|HOLD|RAMP|FAULT|STOPPED): .*$)");
+        std::smatch found;
+        if (std::regex_search(line, found, about_mode))
+            line_ = {found.str().substr(1), of_.time.now()};
+        if (line.find("about the mode left out") != std::string::npos) line_ = {};
     }
     void ended(const ending &how) override {
         const time_ns now = of_.time.now();
@@ -610,25 +616,45 @@ class service_status_invariant : public invariant {
                    std::tie(other.mode, other.reason, other.revision);
         }
     };
+    // The newest words, which may be of a block that has yet to come if they are not old.
+    struct claim {
+        std::string words;
+        time_ns at = -never / 2;
+        bool is_old(time_ns now) const { return now - at > second; }
+    };
     void judge() {
-        const std::size_t mode_ends = told_.find(": "), reason_ends = told_.find("; revision ");
+        const std::string &words = told_.words;
+        const std::size_t mode_ends = words.find(": "), reason_ends = words.find("; revision ");
         if (mode_ends == std::string::npos || reason_ends == std::string::npos)
-            return violated(fmt::format("systemd's status is \"{}\"", told_));
-        if (told_.substr(0, mode_ends) != fakeplc::box_mode::name_of(is_.mode))
-            violated(fmt::format("systemd's status is \"{}\", and the PLC has had {} for {} ms",
-                                 told_, fakeplc::box_mode::name_of(is_.mode), settled / ms));
-        if (std::stoul(told_.substr(reason_ends + 11)) != is_.revision)
-            violated(fmt::format("systemd's status is \"{}\", and the revision {}", told_,
+            return violated(fmt::format("systemd's status is \"{}\"", words));
+        judge_mode("systemd's status", words.substr(0, mode_ends));
+        if (std::stoul(words.substr(reason_ends + 11)) != is_.revision)
+            violated(fmt::format("systemd's status is \"{}\", and the revision {}", words,
                                  is_.revision));
-        const std::string words = told_.substr(mode_ends + 2, reason_ends - mode_ends - 2);
-        if (reasons_.emplace(words, is_.reason).first->second != is_.reason)
-            violated(fmt::format("systemd's status is \"{}\" for the reasons {} and {}", told_,
-                                 reasons_[words], is_.reason));
+        const std::string reason = words.substr(mode_ends + 2, reason_ends - mode_ends - 2);
+        if (reasons_.emplace(reason, is_.reason).first->second != is_.reason)
+            violated(fmt::format("systemd's status is \"{}\" for the reasons {} and {}", words,
+                                 reasons_[reason], is_.reason));
+    }
+    void judge_line() {
+        judge_mode("the newest line of the log", line_.words.substr(0, line_.words.find(':')));
+        const auto is_known = [this](const auto &one) { return one.second == is_.reason; };
+        const auto known = std::find_if(reasons_.begin(), reasons_.end(), is_known);
+        const std::size_t reason = line_.words.find(": ") + 2;
+        if (known != reasons_.end() && line_.words.rfind(known->first, reason) != reason)
+            violated(fmt::format("the newest line of the log is \"{}\" for \"{}\"", line_.words,
+                                 known->first));
+    }
+    void judge_mode(const char *where, const std::string &is) {
+        const char *const stated = fakeplc::box_mode::name_of(is_.mode);
+        if (is != stated)
+            violated(fmt::format("{} has {}, and the PLC has had {} for {} ms", where, is, stated,
+                                 settled / ms));
     }
 
     static constexpr time_ns settled = 3 * second;
-    std::string told_;                         // without `STATUS=`, …
-    time_ns told_ns_ = 0;                      // … and when it came
+    claim told_;                               // to systemd, without `STATUS=`
+    claim line_;                               // of the log
     std::map<std::string, unsigned> reasons_;  // by their words
     state is_;                                 // of the newest write, …
     time_ns sent_ns_ = 0, since_ns_ = never;   // … and since when all have it

@@ -3,7 +3,6 @@
 // another signal, file or time, and a source that gives values is heard. So it is with the inputs
 // of lags in the state file.
 #include <fmt/core.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -115,6 +114,9 @@ class shown_invariant : public invariant {
     void judge_times(const char *key, const json &times) {
         const double count = times.at("count"), max = times.at("max");
         const double half = times.at("p50"), most = times.at("p99");
+        const double sum = times.at("sum");
+        if (sum < max * (1 - 1e-6) - 1e-3 || sum > max * count * (1 + 1e-6) + 1e-3)
+            violated(fmt::format("{} has the sum {}: {}", key, sum, times.dump()));
         for (const auto &[text, number] : times.at("up_to").items()) {
             const double bound = std::stod(text), up_to = number;
             const double least = max <= bound    ? count
@@ -126,11 +128,9 @@ class shown_invariant : public invariant {
         }
     }
     void judge_sum(const machine &of, const json &snapshot) {
-        const auto *bytes = reinterpret_cast<const unsigned char *>(of.text.data());
-        const auto sum = crc32(0, bytes, static_cast<unsigned>(of.text.size()));
-        if (snapshot.at("crc") != fmt::format("{:08x}", sum))
-            violated(fmt::format("the crc is {}, that of revision {} is {:08x}",
-                                 snapshot.at("crc").dump(), of.revision, sum));
+        if (snapshot.at("crc") != crc_of(of.text))
+            violated(fmt::format("the crc is {}, that of revision {} is {}",
+                                 snapshot.at("crc").dump(), of.revision, crc_of(of.text)));
     }
 
     // A demand is the negative sum of the terms beside it. An output in ACTIVE that differs from it

@@ -391,7 +391,12 @@ class modules_invariant : public invariant {
         // Both are in the order of units and registers. One that was never asked is unknown.
         if (bus.at("modules").size() != modules_.size()) return;
         auto is = modules_.begin();
-        for (const auto &shown : bus.at("modules")) judge(shown, is++->second, now);
+        for (const auto &shown : bus.at("modules")) {
+            if (shown.at("unit") != is->first.unit)
+                violated(fmt::format("the bus has a module {}, not {}", shown.at("unit").dump(),
+                                     is->first.unit));
+            judge(shown, is++->second, now);
+        }
     }
 
   private:
@@ -482,6 +487,8 @@ class nodes_invariant : public invariant {
             violated(fmt::format("CAN is shown as off the bus, which ended {} ms ago",
                                  (of_.time.now() - back_ns) / ms));
         const time_ns down_ns = of_.time.now() - std::max(start_ns_, of_.can->changed_ns);
+        if (state != "up" && of_.time.now() - start_ns_ > most && !draws(of_, fault_kind::can))
+            violated(fmt::format("CAN is shown as \"{}\", and nothing happens to it", state));
         if (state == "up" && of_.can->state() != can_bus::interface_state::up && down_ns > most)
             violated(fmt::format("CAN is shown as up, and its interface is not for {} ms",
                                  down_ns / ms));
