@@ -25,10 +25,29 @@ json outputs_of(const json &term) {
 
 class contents_invariant : public invariant {
   public:
-    explicit contents_invariant(run &of) : invariant(of, "contents") {}
+    explicit contents_invariant(run &of)
+        : invariant(of, "contents"),
+          calm_(longest_lag(of) == 0 && !hides_exchanges(of) &&
+                !draws_any(
+                    of, {fault_kind::wire, fault_kind::line, fault_kind::plc_stop,
+                         fault_kind::power_cut, fault_kind::mute, fault_kind::stray,
+                         fault_kind::twice, fault_kind::loss, fault_kind::reset, fault_kind::tear,
+                         fault_kind::exception, fault_kind::refuse, fault_kind::partial,
+                         fault_kind::boundary, fault_kind::reload, fault_kind::hostile})) {}
     void started() override {
         started_s_ = wall_s();
         first_ns_ = never;
+        lines_.clear();
+        left_out_ = false;
+    }
+    void logged(const std::string &line) override {
+        lines_.emplace_back(of_.time.now(), line);
+        // The log says so some seconds later.
+        const auto recent = std::count_if(lines_.begin(), lines_.end(), [this](const auto &one) {
+            return of_.time.now() - one.first < 10 * second;
+        });
+        left_out_ =
+            left_out_ || recent > most_recent || line.find(" left out)") != std::string::npos;
     }
     void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
     void ticked() override {
@@ -57,12 +76,13 @@ class contents_invariant : public invariant {
         if (of == nullptr) return;
         if (of_.time.now() - taken_ns_ > 3 * second) judge_buses(of->file(), all);
         same("the statistics' config", all.at("config"), run::config_path);
-        // Behind its first tick, by the clock that a suspend does not stop.
-        const double most_s =
-            first_ns_ == never ? 0 : 1e-9 * static_cast<double>(of_.box.boottime() - first_ns_);
-        if (all.at("elapsed_s") < 0 || all.at("elapsed_s") > most_s + 1e-3)
-            violated(fmt::format("elapsed_s is {}, {} s behind the first tick",
-                                 all.at("elapsed_s").dump(), most_s));
+        same("their format", all.at("format"), "compboxd-stats/1");
+        const site_ceiling ceiling = of_.ceiling().value_or(site_ceiling{});
+        near("the ceiling", all.at("ceiling").at("um"), ceiling.um);
+        near("its rate", all.at("ceiling").at("um_per_s"), ceiling.um_per_s);
+        judge_reloads(all.at("reloads"));
+        judge_elapsed(all);
+        judge_links(all);
     }
     void ended(const ending &how) override {
         const std::string record = of_.box.files.text(run::record_path);
@@ -146,6 +166,61 @@ class contents_invariant : public invariant {
             same("its device", shown.at("bus").at("device"), bus.at("rtu").at("device"));
         }
     }
+    // The newest sentence about a file is one of the log, which may leave out some of them.
+    void judge_reloads(const json &reloads) {
+        const std::string last = reloads.at("last");
+        std::uint64_t taken = 0;
+        bool is_known = last.empty();
+        for (const auto &[at, line] : lines_) {
+            is_known = is_known || line.find(last) != std::string::npos;
+            taken += line.find(" is running now") != std::string::npos;
+        }
+        if (left_out_ || draws_any(of_, {fault_kind::reader, fault_kind::power_cut})) return;
+        if (!is_known) violated("the statistics have a sentence that the log lacks: " + last);
+        if (reloads.at("taken") != taken)
+            violated(fmt::format("{} files were taken, by the log {}", reloads.at("taken").dump(),
+                                 taken));
+    }
+    // Behind its first tick, by the clock that a suspend does not stop. The history lies within.
+    void judge_elapsed(const json &all) {
+        const double elapsed_s = all.at("elapsed_s");
+        const double most_s =
+            first_ns_ == never ? 0 : 1e-9 * static_cast<double>(of_.box.boottime() - first_ns_);
+        if (elapsed_s < 0 || elapsed_s > most_s + 1e-3)
+            violated(fmt::format("elapsed_s is {}, {} s behind the first tick", elapsed_s, most_s));
+        double at_s = 0;
+        for (const json &change : all.at("history")) {
+            const double next_s = change.at("time_s");
+            if (next_s < at_s || next_s > elapsed_s + 1e-3)
+                violated(fmt::format("a change of {} s is behind one of {} s, elapsed_s is {}",
+                                     next_s, at_s, elapsed_s));
+            at_s = next_s;
+        }
+        const json &left_out = all.at("history_left_out");
+        if (left_out > 0 && all.at("history").size() < most_changes)
+            violated(fmt::format("{} changes are left out, {} are kept", left_out.dump(),
+                                 all.at("history").size()));
+    }
+    // Each connection but the newest one ended. Where nothing happens to a wire none does.
+    void judge_links(const json &all) {
+        for (const char *key : {"plc", "bus"}) {
+            if (!all.contains(key)) continue;
+            const json &link = all.at(key);
+            const std::int64_t connects = link.at("connects"), ended = link.at("disconnects");
+            if (knows_files() && connects - ended != 0 && connects - ended != 1)
+                violated(
+                    fmt::format("{} has {} connects and {} disconnects", key, connects, ended));
+            if (calm_)
+                same(fmt::format("connects_failed of {}", key), link.at("connects_failed"), 0);
+        }
+        if (!calm_) return;
+        for (const auto &[kind, count] : all.at("plc").at("odd_replies").items())
+            same(kind, count, 0);
+        const json &realtime = all.at("realtime");
+        if (all.at("cycles") > 0)
+            same("priority, memory and CPU", realtime,
+                 {{"priority", 0}, {"memory_locked", true}, {"cpu_latency_held", true}});
+    }
     void judge_signals(const json &stated, const json &shown) {
         same("the number of signals", shown.size(), stated.size());
         for (std::size_t i = 0; i < stated.size() && i < shown.size(); ++i) {
@@ -200,6 +275,11 @@ class contents_invariant : public invariant {
         return header + sigmas + ",mode,reason,unix_s";
     }
 
+    static constexpr std::size_t most_changes = 256;      // of the history
+    bool calm_;                                           // nothing happens to wires and calls
+    std::vector<std::pair<time_ns, std::string>> lines_;  // of the log of this daemon …
+    static constexpr int most_recent = 15;
+    bool left_out_ = false;  // … which leaves out some
     double started_s_ = 0;
     time_ns first_ns_ = never;       // tick
     time_ns taken_ns_ = -never / 2;  // the newest file

@@ -102,6 +102,7 @@ class rows_invariant : public invariant {
         if (text.empty() || how.power_cut) return;
         if (lags_judged_ && of_.options.seed % 16 != 4) check_lags(text);  // with each row
         if (!how.by_signal) check_columns(text);
+        if (!how.by_signal && how.code == 0) check_last(text);
         if (!calm_ || sent_.size() > most_remembered) return;
         check_record(text);
     }
@@ -227,6 +228,41 @@ class rows_invariant : public invariant {
         std::vector<std::string> names;
         for (const auto &signal : of.file().at("signals")) names.push_back(signal.at("name"));
         return names;
+    }
+    // The last row and the last snapshot are of the same cycle.
+    void check_last(const std::string &record) {
+        const auto snapshot =
+            nlohmann::json::parse(of_.box.files.text(run::snapshot_path), nullptr, false);
+        if (!snapshot.is_object() || !snapshot.at("finished") || of_.options.seed % 16 == 4 ||
+            draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
+                            fault_kind::links, fault_kind::hostile, fault_kind::memory}))
+            return;
+        const std::string header = record.substr(0, record.find('\n') + 1);
+        row_reader last(header + record.substr(record.rfind('\n', record.size() - 2) + 1));
+        if (record.size() == header.size() || !last.next()) return;
+        for (const auto &signal : snapshot.at("signals"))
+            check_cell(last, signal.at("name"), signal.at("value"));
+        for (const auto &term : snapshot.at("terms")) {
+            const std::string output = term.at("name");
+            check_cell(last, output, term.at("value"));
+            if (!term.at("sigma_um").is_null())
+                check_cell(last, "sigma_" + output, term.at("sigma_um"));
+        }
+        for (const auto &adapted : snapshot.value("adapted", nlohmann::json::array()))
+            check_cell(last, "sigma_" + adapted.at("name").get<std::string>(),
+                       adapted.at("sigma_um"));
+        for (const auto &channel : snapshot.at("channels"))
+            check_cell(last, fmt::format("comp_{}_um", channel.at("name").get<std::string>()),
+                       channel.at("output_um"));
+    }
+    void check_cell(const row_reader &row, const std::string &column, const nlohmann::json &shown) {
+        const bool is_there = row.has(column);
+        if (is_there == shown.is_number() &&
+            (!is_there || std::fabs(row.number(column) - shown.get<double>()) <=
+                              1e-6 * std::fabs(row.number(column))))
+            return;
+        violated(fmt::format("the last row has {} in {}, and the snapshot {}",
+                             is_there ? row.text(column) : "nothing", column, shown.dump()));
     }
     // Rows of the columns before are in the record before.
     void check_columns(const std::string &record) {

@@ -43,8 +43,14 @@ class shown_invariant : public invariant {
     }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
-        each_signal(of_.running_at(seen.sent), seen,
+        const machine &facts = of_.running_at(seen.sent);
+        each_signal(facts, seen,
                     [this](const std::string &signal, double value) { keep(signal, value); });
+        if (!is_reading(facts, seen) || seen.duration == never) return;
+        const std::vector<double> applied_um = all_applied_in(facts, seen);
+        for (std::size_t c = 0; c < applied_um.size(); ++c)
+            if (!std::isnan(applied_um[c]))
+                keep("applied_um of " + facts.channels[c].name, applied_um[c]);
     }
     void sampled(const std::string &signal, double value) override {
         if (judged_) keep(signal, value);
@@ -60,6 +66,9 @@ class shown_invariant : public invariant {
         }
         for (const char *key : {"jitter_us", "exchange_us"}) judge_times(key, snapshot.at(key));
         if (!judged_) return;
+        for (const json &channel : snapshot.at("channels"))
+            judge_applied("applied_um of " + channel.at("name").get<std::string>(),
+                          channel.at("applied_um"));
         for (const json &signal : snapshot.at("signals")) {
             const std::string state = signal.at("state");
             if (signal.at("age_ms").is_number() && signal.at("age_ms") < 0)
@@ -92,6 +101,11 @@ class shown_invariant : public invariant {
     bool was_heard(const std::string &signal) const {
         return hears_measurements(of_) && was_given(signal) &&
                of_.time.now() - values_.at(signal).back().at > 5 * second;
+    }
+    // It is 0, or that of another file, until a reading has come.
+    void judge_applied(const std::string &applied, const json &um) {
+        if (um.is_number() && was_given(applied) && of_.time.now() - steady_ns_ > 3 * second)
+            judge(applied, um);
     }
     // A lag has no source here.
     void judge(const std::string &signal, double value) {

@@ -124,6 +124,7 @@ class run {
     bool keeps_blackbox() const;
     // Whether all records together have at most 1 MB.
     bool limits_records() const { return options.seed % 8 == 0; }
+    const std::optional<site_ceiling> &ceiling() const { return ceiling_; }  // of its command line
 
     // ---- for invariants
     // What the file promises that the daemon ran when it sent a request.
