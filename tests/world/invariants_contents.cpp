@@ -38,7 +38,7 @@ class contents_invariant : public invariant {
         started_s_ = wall_s();
         first_ns_ = never;
         lines_.clear();
-        left_out_ = false;
+        left_out_ = finished_ = false;
     }
     void logged(const std::string &line) override {
         lines_.emplace_back(of_.time.now(), line);
@@ -51,9 +51,12 @@ class contents_invariant : public invariant {
     }
     void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
     void ticked() override {
+        if (std::exchange(finished_, false))
+            violated("the snapshot is that of a run that has ended, which goes on");
         if (first_ns_ == never) first_ns_ = of_.box.boottime();
     }
     void shown(const json &snapshot) override {
+        finished_ = snapshot.at("finished");
         const machine *of = begins_with(run::snapshot_path, snapshot);
         if (of == nullptr) return;
         const json &file = of->file();
@@ -85,6 +88,10 @@ class contents_invariant : public invariant {
         judge_links(all);
     }
     void ended(const ending &how) override {
+        const bool is_written = !draws_any(
+            of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial, fault_kind::links});
+        if (!how.by_signal && how.code == 0 && of_.keeps_snapshot() && is_written && !finished_)
+            violated("the run has ended, and its snapshot does not say so");
         const std::string record = of_.box.files.text(run::record_path);
         if (!how.by_signal && knows_files() && !record.empty())
             judge_header(record.substr(0, record.find('\n')));
@@ -104,8 +111,10 @@ class contents_invariant : public invariant {
                std::any_of(signals.begin(), signals.end(),
                            [](const json &one) { return one.contains("can"); });
     }
-    // out: one of the words is this number, to six digits
-    static bool has_number(const std::string &text, double number) {
+    // out: one of the words is this number, to six digits; null: it is none
+    static bool has_number(const std::string &text, const json &stated) {
+        if (!stated.is_number()) return true;
+        const double number = stated;
         const std::vector<std::string> words = formats::split(text, ' ');
         return std::any_of(words.begin(), words.end(), [number](const std::string &word) {
             char *end = nullptr;
@@ -144,9 +153,11 @@ class contents_invariant : public invariant {
         const std::string of = fmt::format("{} {} ", cause.at("of").get<std::string>(),
                                            cause.at("name").get<std::string>());
         bool agrees = text.rfind(of, 0) == 0 && text.find(" -0 ") == std::string::npos;
-        for (const char *key : {"value", "bound"})
-            if (agrees && cause.contains(key) && cause.at(key).is_number())
-                agrees = has_number(text.substr(of.size()), cause.at(key));
+        if (agrees && cause.contains("bound")) {
+            const std::size_t last = text.rfind(' ');  // the sentence ends with the bound
+            agrees = has_number(text.substr(of.size(), last - of.size()), cause.at("value")) &&
+                     has_number(text.substr(last + 1), cause.at("bound"));
+        }
         if (!agrees) violated("a cause has other members than its text: " + cause.dump());
     }
     // The names of CAN and of the bus.
@@ -216,6 +227,9 @@ class contents_invariant : public invariant {
         if (!calm_) return;
         for (const auto &[kind, count] : all.at("plc").at("odd_replies").items())
             same(kind, count, 0);
+        same("refused files", all.at("reloads").at("refused"), 0);
+        if (!draws_any(of_, {fault_kind::disk, fault_kind::links}))
+            same("rows that are lost", all.at("records_lost"), 0);
         const json &realtime = all.at("realtime");
         if (all.at("cycles") > 0)
             same("priority, memory and CPU", realtime,
@@ -280,6 +294,7 @@ class contents_invariant : public invariant {
     std::vector<std::pair<time_ns, std::string>> lines_;  // of the log of this daemon …
     static constexpr int most_recent = 15;
     bool left_out_ = false;  // … which leaves out some
+    bool finished_ = false;  // by the newest snapshot
     double started_s_ = 0;
     time_ns first_ns_ = never;       // tick
     time_ns taken_ns_ = -never / 2;  // the newest file

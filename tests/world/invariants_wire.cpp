@@ -384,6 +384,7 @@ class modules_invariant : public invariant {
         if (!all.contains("bus")) return violated("nothing of the bus is shown");
         for (; !turns_.empty() && now - turns_.front() > known; turns_.pop_front()) ++old_requests_;
         const nlohmann::json &bus = all.at("bus");
+        if (bus.at("samples_lost") > 0) violated("samples of the bus are lost");
         const auto requests = bus.value("requests", std::uint64_t{0});
         if (requests > requests_ || requests < old_requests_)
             violated(fmt::format("requests is {}, {} modules were asked, and {} of late", requests,
@@ -461,11 +462,7 @@ class nodes_invariant : public invariant {
     // No heartbeat passes a bus that is down, and none is lost where nothing happens to the bus.
     void reported(const nlohmann::json &all) override {
         if (judged_ && !draws(of_, fault_kind::can) && all.contains("can"))
-            for (const auto &shown : all.at("can").at("nodes"))
-                if (shown.value("losses", 0) > 0)
-                    violated(
-                        fmt::format("node {} was lost {} times, and nothing happens to the bus",
-                                    shown.at("node").get<int>(), shown.value("losses", 0)));
+            for (const auto &shown : all.at("can").at("nodes")) judge_undisturbed(shown);
         if (judged_ && all.contains("can")) judge_state(all.at("can").at("state"));
         if (!judged_ || of_.can->state() == can_bus::interface_state::up ||
             of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
@@ -479,6 +476,16 @@ class nodes_invariant : public invariant {
     }
 
   private:
+    // Nothing happens to the bus: a node boots once, is started at most twice, and is not lost.
+    void judge_undisturbed(const nlohmann::json &shown) {
+        if (shown.at("losses") > 0 || shown.at("boots") > 1 || shown.at("starts") > 2)
+            violated("a node is disturbed, and nothing happens to the bus: " + shown.dump());
+        for (const can_node &node : of_.can->nodes)
+            if (node.number == shown.at("node") && node.heartbeat > 0 && node.operational &&
+                of_.time.now() - std::max(start_ns_, node.booted_ns) > most &&
+                shown.at("state") != "operational")
+                violated("a node is operational, and is shown otherwise: " + shown.dump());
+    }
     // The controller has said that it is on the bus again, and the box lost no frame. A frame from
     // before an interface went down does not bring it up.
     void judge_state(const std::string &state) {
