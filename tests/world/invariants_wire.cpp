@@ -462,7 +462,7 @@ class nodes_invariant : public invariant {
     // No heartbeat passes a bus that is down, and none is lost where nothing happens to the bus.
     void reported(const nlohmann::json &all) override {
         if (judged_ && !draws(of_, fault_kind::can) && all.contains("can"))
-            for (const auto &shown : all.at("can").at("nodes")) judge_undisturbed(shown);
+            judge_undisturbed(all.at("can"));
         if (judged_ && all.contains("can")) judge_state(all.at("can").at("state"));
         if (!judged_ || of_.can->state() == can_bus::interface_state::up ||
             of_.time.now() - std::max(start_ns_, of_.can->changed_ns) < most)
@@ -476,8 +476,17 @@ class nodes_invariant : public invariant {
     }
 
   private:
-    // Nothing happens to the bus: a node boots once, is started at most twice, and is not lost.
-    void judge_undisturbed(const nlohmann::json &shown) {
+    // Nothing happens to the bus.
+    void judge_undisturbed(const nlohmann::json &can) {
+        static const std::set<std::string> traffic = {"frames", "heartbeats", "sent"};
+        for (const auto &[counter, count] : can.items())
+            if (count.is_number() && count > 0 && traffic.count(counter) == 0)
+                violated(fmt::format("{} of CAN is {}, and nothing happens to it", counter,
+                                     count.dump()));
+        for (const auto &shown : can.at("nodes")) judge_undisturbed_node(shown);
+    }
+    // It boots once, is started at most twice, and is not lost.
+    void judge_undisturbed_node(const nlohmann::json &shown) {
         if (shown.at("losses") > 0 || shown.at("boots") > 1 || shown.at("starts") > 2)
             violated("a node is disturbed, and nothing happens to the bus: " + shown.dump());
         for (const can_node &node : of_.can->nodes)
