@@ -1069,6 +1069,21 @@ struct draft {
             if (any && own.one_in(2)) change(entry["type"]);
     }
 
+    // Likewise: numbers of 32 bits that have no sign, and begin below what they say. float32 has 24
+    // of them.
+    void draw_unsigned() {
+        dice own(made.twin.seed, "unsigned");
+        if (!own.one_in(4)) return;
+        for (json &signal : root["signals"]) {
+            const std::string type = signal.value("type", "");
+            if (!signal.contains("plc") || type.rfind("int32", 0) != 0 || own.one_in(3)) continue;
+            const double zero = std::floor(signal["min"].get<double>()) - 1;
+            if (signal["max"].get<double>() - zero > 1.6e7 * signal.value("scale", 1.0)) continue;
+            signal["type"] = "u" + type;
+            signal["zero"] = zero;
+        }
+    }
+
     // Likewise: the PLC gives the velocities of some axes, which the box uses for its lead.
     void draw_velocities() {
         dice own(made.twin.seed, "velocities");
@@ -1258,6 +1273,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_thermometers();
     file.draw_slow_line();
     file.draw_scales();
+    file.draw_unsigned();
     file.draw_rotary_axis();
     made.changes_lags = dice(made.twin.seed, "other lags").one_in(2);
     file.root["revision"] = revision;
