@@ -2,6 +2,7 @@
 // Which signal, term or channel is behind a reason: in the box, in the detail word, in words.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -57,6 +58,17 @@ struct cause_rig : box_rig {
     std::string words() const { return words_of(*this); }
     unsigned detail() const { return out.registers[15]; }
 };
+
+TEST(box_cause, a_zero_has_no_sign) {
+    cb_row_cause cause = {};
+    cause.cause.kind = CB_CAUSE_UNAPPLIED;
+    cause.cause.value = -0.0F;
+    cause.cause.bound = 8;
+    std::strcpy(cause.name, "CX");
+    char text[CB_CAUSE_TEXT];
+    cb_cause_text(&cause, text);
+    EXPECT_STREQ(text, "channel CX applies 0 um and was sent 8");
+}
 
 TEST(box_cause, an_essential_signal_that_is_implausible) {
     cause_rig rig;
