@@ -32,6 +32,8 @@ invariants all_invariants(run &of) {
     add_rows(of, all);
     add_shown(of, all);
     add_contents(of, all);
+    add_events(of, all);
+    add_supervised(of, all);
     add_wire(of, all);
     add_counters(of, all);
     add_lags(of, all);

@@ -100,23 +100,25 @@ class invariant {
 
 using invariants = std::vector<std::unique_ptr<invariant>>;
 
-void add_bounds(run &of, invariants &all);     // invariants_bounds.cpp
-void add_modes(run &of, invariants &all);      // invariants_modes.cpp
-void add_process(run &of, invariants &all);    // invariants_process.cpp
-void add_files(run &of, invariants &all);      // invariants_files.cpp
-void add_foreign(run &of, invariants &all);    // invariants_foreign.cpp
-void add_reloads(run &of, invariants &all);    // invariants_reloads.cpp
-void add_models(run &of, invariants &all);     // invariants_models.cpp
-void add_adapted(run &of, invariants &all);    // invariants_adapted.cpp
-void add_reference(run &of, invariants &all);  // invariants_reference.cpp
-void add_causes(run &of, invariants &all);     // invariants_causes.cpp
-void add_doubts(run &of, invariants &all);     // invariants_doubts.cpp
-void add_rows(run &of, invariants &all);       // invariants_rows.cpp
-void add_shown(run &of, invariants &all);      // invariants_shown.cpp
-void add_contents(run &of, invariants &all);   // invariants_contents.cpp
-void add_wire(run &of, invariants &all);       // invariants_wire.cpp
-void add_counters(run &of, invariants &all);   // invariants_counters.cpp
-void add_lags(run &of, invariants &all);       // invariants_lags.cpp
+void add_bounds(run &of, invariants &all);      // invariants_bounds.cpp
+void add_modes(run &of, invariants &all);       // invariants_modes.cpp
+void add_process(run &of, invariants &all);     // invariants_process.cpp
+void add_files(run &of, invariants &all);       // invariants_files.cpp
+void add_foreign(run &of, invariants &all);     // invariants_foreign.cpp
+void add_reloads(run &of, invariants &all);     // invariants_reloads.cpp
+void add_models(run &of, invariants &all);      // invariants_models.cpp
+void add_adapted(run &of, invariants &all);     // invariants_adapted.cpp
+void add_reference(run &of, invariants &all);   // invariants_reference.cpp
+void add_causes(run &of, invariants &all);      // invariants_causes.cpp
+void add_doubts(run &of, invariants &all);      // invariants_doubts.cpp
+void add_rows(run &of, invariants &all);        // invariants_rows.cpp
+void add_shown(run &of, invariants &all);       // invariants_shown.cpp
+void add_events(run &of, invariants &all);      // invariants_events.cpp
+void add_supervised(run &of, invariants &all);  // invariants_supervised.cpp
+void add_contents(run &of, invariants &all);    // invariants_contents.cpp
+void add_wire(run &of, invariants &all);        // invariants_wire.cpp
+void add_counters(run &of, invariants &all);    // invariants_counters.cpp
+void add_lags(run &of, invariants &all);        // invariants_lags.cpp
 
 invariants all_invariants(run &of);
 
