@@ -420,7 +420,8 @@ class rows_invariant : public invariant {
                 in_range(facts.map.signals[i], is) && in_range(facts.map.signals[i], was);
             if (rated || !good || !rows.has(signal)) continue;
             const double value = rows.number(signal);
-            const double near = 1e-6 * std::fabs(is) + 1e-5;  // of a sum with `zero`
+            const double zero = std::fabs(facts.map.signals[i].zero);  // float32 adds it
+            const double near = 1e-6 * (std::fabs(is) + zero) + 1e-5;
             if (std::fabs(value - is) > near && std::fabs(value - was) > near)
                 violated(fmt::format("{} is {} in the row at {}, the reading has {}", signal, value,
                                      rows.number("time_s"), is));
