@@ -31,8 +31,8 @@ void cb_cause_text(const struct cb_row_cause *cause, char text[CB_CAUSE_TEXT]) {
         text[0] = '\0';
     else if (words.between[0] == '\0')
         snprintf(text, CB_CAUSE_TEXT, "%s %s %s", words.what, cause->name, words.before);
-    else /* + 0.0: nobody asks for "-0" */
+    else /* + 0.0 takes the sign of a zero */
         snprintf(text, CB_CAUSE_TEXT, "%s %s %s %.6g%s%s %s %.6g", words.what, cause->name,
                  words.before, (double)cause->cause.value + 0.0, cause->unit[0] == '\0' ? "" : " ",
-                 cause->unit, words.between, (double)cause->cause.bound);
+                 cause->unit, words.between, (double)cause->cause.bound + 0.0);
 }

@@ -68,6 +68,10 @@ TEST(box_cause, a_zero_has_no_sign) {
     char text[CB_CAUSE_TEXT];
     cb_cause_text(&cause, text);
     EXPECT_STREQ(text, "channel CX applies 0 um and was sent 8");
+    cause.cause.value = 8;
+    cause.cause.bound = -0.0F;
+    cb_cause_text(&cause, text);
+    EXPECT_STREQ(text, "channel CX applies 8 um and was sent 0");
 }
 
 TEST(box_cause, an_essential_signal_that_is_implausible) {
