@@ -9,11 +9,28 @@ void invariant::violated(const std::string &words) {
     of_.report(name, words);
 }
 
-nlohmann::json invariant::finished_statistics() const {
-    if (!of_.has_statistics) return {};
-    auto all = nlohmann::json::parse(of_.box.files.text(run::stats_path), nullptr, false);
+namespace {
+
+nlohmann::json finished_report(const std::string &text) {
+    auto all = nlohmann::json::parse(text, nullptr, false);
     const bool finished = all.is_object() && all.value("finished", false);
     return finished ? all : nlohmann::json();
+}
+
+}  // namespace
+
+nlohmann::json invariant::finished_statistics() const {
+    if (!of_.has_statistics) return {};
+    return finished_report(of_.box.files.text(run::stats_path));
+}
+
+nlohmann::json invariant::finished_snapshot() const {
+    return finished_report(of_.box.files.text(run::snapshot_path));
+}
+
+const machine *invariant::file_named_in(const nlohmann::json &of) const {
+    if (draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return nullptr;
+    return of_.with_revision(of.at("revision"));
 }
 
 invariants all_invariants(run &of) {

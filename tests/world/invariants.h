@@ -93,8 +93,11 @@ class invariant {
   protected:
     // Reports a violation at this time. A run ends at its first one.
     void violated(const std::string &words);
-    // The statistics that the daemon left at its end; null: it has not finished them.
+    // What the daemon left at its end; null: it has not finished it.
     nlohmann::json finished_statistics() const;
+    nlohmann::json finished_snapshot() const;
+    // in : of: with a revision. out: the file that it names; nullptr: not known
+    const machine *file_named_in(const nlohmann::json &of) const;
     run &of_;
 };
 

@@ -19,11 +19,6 @@ namespace {
 
 using nlohmann::json;
 
-// out: what the terms of a file put out, in its order
-json outputs_of(const json &term) {
-    return term.value("outputs", json::array({term.value("name", "")}));
-}
-
 class contents_invariant : public invariant {
   public:
     explicit contents_invariant(run &of)
@@ -134,7 +129,7 @@ class contents_invariant : public invariant {
     // What both files have of run and coefficient file. out: the latter; nullptr: not known
     const machine *begins_with(const std::string &path, const json &all) {
         if (!knows_files()) return nullptr;
-        const machine *of = of_.with_revision(all.at("revision"));
+        const machine *of = file_named_in(all);
         if (of == nullptr) return nullptr;
         same(path + ": machine", all.at("machine"), of->file().at("machine").at("name"));
         same(path + ": period_us", all.at("period_us"), of->period_us);
@@ -155,7 +150,7 @@ class contents_invariant : public invariant {
         const std::string text = cause.at("text");
         const std::string of = fmt::format("{} {} ", cause.at("of").get<std::string>(),
                                            cause.at("name").get<std::string>());
-        bool agrees = text.rfind(of, 0) == 0 && text.find(" -0 ") == std::string::npos;
+        bool agrees = text.rfind(of, 0) == 0 && (text + " ").find(" -0 ") == std::string::npos;
         if (agrees && cause.contains("bound")) {
             const std::size_t last = text.rfind(' ');  // the sentence ends with the bound
             agrees = has_number(text.substr(of.size(), last - of.size()), cause.at("value")) &&

@@ -224,8 +224,8 @@ class agreement_invariant : public invariant {
     void ended(const ending &how) override {
         if (how.by_signal || how.code != 0) return;
         const json all = finished_statistics();
-        const json snapshot = json::parse(of_.box.files.text(run::snapshot_path), nullptr, false);
-        if (all.is_null() || !snapshot.is_object() || !snapshot.at("finished")) return;
+        const json snapshot = finished_snapshot();
+        if (all.is_null() || snapshot.is_null()) return;
         for (const char *member : {"version", "machine", "revision", "started_unix_s", "mode",
                                    "reason", "period_us", "lead_us", "can", "bus"})
             compare(member, all.value(member, json()), snapshot.value(member, json()));

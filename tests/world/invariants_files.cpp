@@ -748,7 +748,7 @@ class reports_invariant : public invariant {
     void ended(const ending &how) override {
         if (!how.by_signal && how.code == 0) judge_unfinished();
         if (how.by_signal || !of_.keeps_record() || of_.limits_records() || lines_ == none ||
-            lines() == none || of_.options.seed % 16 == 4 ||
+            lines() == none || !of_.records_each_cycle() ||
             draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::refuse,
                             fault_kind::partial, fault_kind::links}) ||
             (draws(of_, fault_kind::reader) && draws(of_, fault_kind::disk)))  // a line is lost

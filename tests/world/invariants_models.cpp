@@ -306,7 +306,7 @@ class sigma_invariant : public invariant {
         for (const auto &term : root.at("terms")) {
             const std::string type = term.at("type");
             if (type == "adapt") continue;  // its own filter's
-            const json outputs = term.value("outputs", json::array({term.at("name")}));
+            const json outputs = outputs_of(term);
             for (std::size_t k = 0; k < outputs.size(); ++k) {
                 floors_[outputs[k]] = -1;
                 if (!term.contains("sigma")) continue;

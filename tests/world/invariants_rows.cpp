@@ -100,7 +100,7 @@ class rows_invariant : public invariant {
         if (calm_ && sent_.size() <= most_remembered) check_history();
         const std::string text = of_.box.files.text(run::record_path);
         if (text.empty() || how.power_cut) return;
-        if (lags_judged_ && of_.options.seed % 16 != 4) check_lags(text);  // with each row
+        if (lags_judged_ && of_.records_each_cycle()) check_lags(text);
         if (!how.by_signal) check_columns(text);
         if (!how.by_signal && how.code == 0) check_last(text);
         if (!calm_ || sent_.size() > most_remembered) return;
@@ -231,9 +231,8 @@ class rows_invariant : public invariant {
     }
     // The last row and the last snapshot are of the same cycle.
     void check_last(const std::string &record) {
-        const auto snapshot =
-            nlohmann::json::parse(of_.box.files.text(run::snapshot_path), nullptr, false);
-        if (!snapshot.is_object() || !snapshot.at("finished") || of_.options.seed % 16 == 4 ||
+        const nlohmann::json snapshot = finished_snapshot();
+        if (snapshot.is_null() || !of_.records_each_cycle() ||
             draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
                             fault_kind::links, fault_kind::hostile, fault_kind::memory}))
             return;

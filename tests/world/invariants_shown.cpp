@@ -59,7 +59,7 @@ class shown_invariant : public invariant {
         if (judged_ && path == run::state_path) judge_state(file.bytes);
     }
     void shown(const json &snapshot) override {
-        if (const machine *of = file_of(snapshot)) {
+        if (const machine *of = file_named_in(snapshot)) {
             judge_sum(*of, snapshot);
             judge_channels(*of, snapshot);
             for (const json &signal : snapshot.at("signals")) judge_age(*of, signal);
@@ -119,11 +119,6 @@ class shown_invariant : public invariant {
                                  value, longest / second));
     }
 
-    // out: the file that the revision names; nullptr: not known
-    const machine *file_of(const json &snapshot) const {
-        if (draws_any(of_, {fault_kind::hostile, fault_kind::memory})) return nullptr;
-        return of_.with_revision(snapshot.at("revision"));
-    }
     // The counts up to each bound agree with the figures beside them.
     void judge_times(const char *key, const json &times) {
         const double count = times.at("count"), max = times.at("max");
@@ -290,9 +285,7 @@ class fading_invariant : public invariant {
             if (term.contains("term")) parts.push_back(term.at("term"));
             for (const std::string &part : parts)  // which stand before it
                 inputs.insert(inputs_[part].begin(), inputs_[part].end());
-            for (const std::string output :
-                 term.value("outputs", json::array({term.value("name", "")})))
-                inputs_[output] = inputs;
+            for (const std::string output : outputs_of(term)) inputs_[output] = inputs;
         }
     }
     void started() override { missing_.clear(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What systemd and the hardware watchdog are told, and what a person reads of the mode
+// Messages to systemd, feeds of the hardware watchdog, and the mode in the status and in the log
 // (docs/compboxd.md, "Watchdogs").
 #include <fmt/core.h>
 
@@ -41,7 +41,7 @@ class watchdog_invariant : public invariant {
         const time_ns now = of_.time.now();
         fed_[0].since_tick = fed_[1].since_tick = 0;
         if (first_ns_ == never) first_ns_ = fed_[0].at_ns = fed_[1].at_ns = now;
-        if (is_a_service(of_) && is_regular(of_)) judge_silence(now);
+        if (is_regular(of_)) judge_silence(now);
     }
     void supervised(const std::string &words) override {
         if (words == "READY=1" && first_ns_ == never)
@@ -73,13 +73,15 @@ class watchdog_invariant : public invariant {
   private:
     // Cycles end, and nobody hears of it.
     void judge_silence(time_ns now) {
+        if (of_.has_watchdog() && !draws(of_, fault_kind::refuse) &&
+            now - fed_[0].at_ns > run::watchdog_waits / 2)
+            violated(fmt::format("the watchdog is not fed for {} ms", (now - fed_[0].at_ns) / ms));
+        if (!is_a_service(of_)) return;
         if (ready_ns_ == never && now - std::max(first_ns_, of_.box.unheard_ns) > second)
             violated(fmt::format("cycles for {} ms, and systemd has not heard READY",
                                  (now - first_ns_) / ms));
         if (now - std::max(fed_[1].at_ns, of_.box.unheard_ns) > run::systemd_waits / 2 + second)
             violated(fmt::format("systemd is not fed for {} ms", (now - fed_[1].at_ns) / ms));
-        if (of_.has_watchdog() && now - fed_[0].at_ns > run::watchdog_waits / 2)
-            violated(fmt::format("the watchdog is not fed for {} ms", (now - fed_[0].at_ns) / ms));
     }
     struct feeding {
         bool armed = false;

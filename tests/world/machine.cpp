@@ -25,11 +25,6 @@ std::vector<std::string> axis_signals() {
     return {"X", "Y", "Z"};
 }
 
-// out: the names of a term's outputs
-json outputs_of(const json &term) {
-    return term.value("outputs", json::array({term["name"]}));
-}
-
 struct draft {
     dice &chance;
     json root;

@@ -103,6 +103,11 @@ time_ns longest_late(const machine &of);
 // out: without a write for longer the box has lost contact
 time_ns contact_lasts(const machine &of);
 
+// out: the names of the outputs of a term of a file
+template <typename any_json>
+any_json outputs_of(const any_json &term) {
+    return term.value("outputs", any_json::array({term.value("name", "")}));
+}
 // in : revision of the file. The same dice give the same machine.
 machine random_machine(dice &chance, unsigned revision = 1);
 // out: the machine of a seed

@@ -444,7 +444,7 @@ void run::start_daemon() {
     std::vector<std::string> words = {"compboxd", "--config", config_path, "--state",
                                       state_path, "--stats",  stats_path};
     if (keeps_record()) words.insert(words.end(), {"--record", record_path});
-    if (options.seed % 16 == 4) words.insert(words.end(), {"--record-every", "500"});
+    if (!records_each_cycle()) words.insert(words.end(), {"--record-every", "500"});
     if (options.seed % 3 != 0)
         words.insert(words.end(), {"--state-every", options.seed % 3 == 1 ? "1" : "3"});
     if (keeps_blackbox()) words.insert(words.end(), {"--blackbox", blackbox_path});
