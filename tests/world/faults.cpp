@@ -185,8 +185,14 @@ fault_set swarm_of(std::uint64_t seed) {
 fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limits &most,
                                std::uint64_t seed)
     : of_(of),
-      weak_names_(dice(seed, "weak names").one_in(4)),
-      of_names_(seed, "names"),
+      weak_calls_{{{dice(seed, "weak names").one_in(4),
+                    12,
+                    dice(seed, "names"),
+                    {"rename", "unlink", "access", "ftruncate", "fsync"}},
+                   {dice(seed, "weak folders").one_in(4),
+                    40,
+                    dice(seed, "folders"),
+                    {"lstat", "opendir", "readdir"}}}},
       bad_cable_(dice(seed, "bad cable").one_in(4)),
       own_(seed, "ends at a rename"),
       echoes_(seed, "echoes") {

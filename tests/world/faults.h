@@ -193,7 +193,7 @@ class fault_injector : public call_faults,
     void die_if_due(std::int64_t &left);
     void die();
     void interrupt(const call_site &site, call_fate &fate);
-    bool refuses_name(const call_site &site);
+    dice *weak(const call_site &site);
     void refuse_call(const call_site &site, call_fate &fate);
     void heal_computer();
 
@@ -230,8 +230,14 @@ class fault_injector : public call_faults,
         series_of_losses_{fault_kind::loss, 600}, twice_{fault_kind::twice, 500},
         lost_ends_{fault_kind::reset, 1000}, exceptions_{fault_kind::exception, 500},
         torn_readings_{fault_kind::exception, 200}, strays_{fault_kind::stray, 300};
-    const bool weak_names_;  // calls on names fail often …
-    dice of_names_;          // … by these
+    // Calls that are seldom fail often: one of so many, by these dice.
+    struct weak_calls {
+        bool are_weak;
+        unsigned many;
+        dice chance;
+        std::vector<std::string> names;
+    };
+    std::array<weak_calls, 2> weak_calls_;
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;

@@ -40,6 +40,8 @@ const std::vector<int> &errors_of(const char *call) {
         {"flock", {EWOULDBLOCK, EINTR, ENOLCK}},
         {"ioctl", {EINTR, EIO, ENOTTY, ENODEV}},
         {"fdopen", {ENOMEM}},
+        {"opendir", {EACCES, EMFILE, ENFILE, ENOMEM, EIO}},
+        {"readdir", {EIO}},
         {"poll", {EINTR, ENOMEM}},
         {"ppoll", {EINTR, ENOMEM}},
         {"socket", {EMFILE, ENFILE, ENOBUFS, ENOMEM, EACCES}},
@@ -74,13 +76,15 @@ const std::vector<int> &errors_of(const char *call) {
 
 }  // namespace
 
-// Calls that change a name or a length are seldom: of one seed in four each of them may fail.
-bool fault_injector::refuses_name(const call_site &site) {
-    constexpr std::array names = {"rename", "unlink", "access", "ftruncate", "fsync"};
-    return weak_names_ && has(fault_kind::refuse) && of_.cycles_of_daemon > 0 &&
-           std::any_of(names.begin(), names.end(),
-                       [&](const char *name) { return std::strcmp(name, site.name) == 0; }) &&
-           of_names_.one_in(12) && takes_one(fault_kind::refuse);
+// Calls that change a name or a length are seldom, and so are those that ask for them: of one seed
+// in four each of them may fail. out: the dice for it; null: it does not
+dice *fault_injector::weak(const call_site &site) {
+    for (weak_calls &of : weak_calls_)
+        if (of.are_weak && has(fault_kind::refuse) && of_.cycles_of_daemon > 0 &&
+            std::count(of.names.begin(), of.names.end(), site.name) > 0 &&
+            of.chance.one_in(of.many) && takes_one(fault_kind::refuse))
+            return &of.chance;
+    return nullptr;
 }
 
 // One call in some thousands, or for a while each call of one name.
@@ -90,13 +94,14 @@ void fault_injector::refuse_call(const call_site &site, call_fate &fate) {
         if (fate.error == EINTR) interrupt(site, fate);
         return;
     }
-    const bool is_due = due(refused_calls_), is_name = refuses_name(site);
-    if (!is_due && !is_name) return;
+    const bool is_due = due(refused_calls_);
+    dice *const of_weak = weak(site);
+    if (!is_due && of_weak == nullptr) return;
     const std::vector<int> &errors = errors_of(site.name);
     // A daemon that cannot start needs its sentence.
     const bool explains = of_.cycles_of_daemon == 0 && std::strcmp(site.path, "stderr") == 0;
     if (errors.empty() || explains) return;
-    dice &drawn = is_due ? chance(fault_kind::refuse) : of_names_;
+    dice &drawn = is_due ? chance(fault_kind::refuse) : *of_weak;
     fate.error = drawn.one_of(errors);
     note(fault_kind::refuse,
          fmt::format("{} {}: {}", site.name, site.path, std::strerror(fate.error)));

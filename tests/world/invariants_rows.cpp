@@ -78,8 +78,9 @@ class rows_invariant : public invariant {
             columns_s_ = 1e-9 * static_cast<double>(of_.box.wall());
     }
     void ticked() override {
-        if (std::exchange(waits_, false))
-            loops_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
+        const double now_s = 1e-9 * static_cast<double>(of_.box.wall());
+        const bool stood = now_s > std::exchange(tick_s_, now_s) + 1;
+        if (std::exchange(waits_, false) || stood) loops_s_.push_back(now_s);
     }
     void exchanged(const exchange &seen) override {
         const bool judged = calm_ && of_.keeps_record();
@@ -119,11 +120,13 @@ class rows_invariant : public invariant {
     static constexpr std::size_t most_remembered = 25000;
     static constexpr double late_s = 5e-3;  // from a wake-up to its reading
     static constexpr double kept_before_event_s = 600;
-    std::vector<double> loops_s_, ends_s_;  // the first tick of each daemon, and its end
-    double columns_s_ = -1;                 // since then the record has its columns; -1: before
-    double start_s_ = 0;                    // of this daemon …
-    bool waits_ = false;                    // … and its loop has not begun yet
-    std::vector<std::string> known_;        // of the black box
+    // The first tick of each daemon, and of a loop that stood still; each daemon's end.
+    std::vector<double> loops_s_, ends_s_;
+    double tick_s_ = 0;
+    double columns_s_ = -1;           // since then the record has its columns; -1: before
+    double start_s_ = 0;              // of this daemon …
+    bool waits_ = false;              // … and its loop has not begun yet
+    std::vector<std::string> known_;  // of the black box
 
     // Files by their number; the time of their rows goes on.
     void check_blackbox() {
@@ -137,8 +140,7 @@ class rows_invariant : public invariant {
             double first_s = -1, last_s = before_s, first_event_s = -1, event_s = -1;
             int mode = -1;
             while (rows.next()) {
-                // A start that could not read the folder began to count anew.
-                if (rows.number("unix_s") <= before_s && !draws(of_, fault_kind::refuse))
+                if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
                 last_s = rows.number("unix_s");
                 if (first_s < 0) first_s = last_s;

@@ -895,10 +895,10 @@ DEFECTS_BY_OTHERS = [
      "The size of an old record is asked after it was removed, so once the limit is reached all old "
      "records but the newest are removed",
      (OUTPUT + "archive.c",
-      "        all -= cb_rotate_bytes(archive->path, last);\n"
-      "        cb_rotate_remove(archive->path, last);",
-      "        cb_rotate_remove(archive->path, last);\n"
-      "        all -= cb_rotate_bytes(archive->path, last);")),
+      "        bytes = cb_rotate_bytes(archive->path, last);\n"
+      "        if (bytes < 0 || cb_rotate_remove(archive->path, last) != 0) return;",
+      "        if (cb_rotate_remove(archive->path, last) != 0) return;\n"
+      "        bytes = cb_rotate_bytes(archive->path, last);")),
     ("other-record-old-wall-clock",
      "The record keeps the wall clock's distance of the start, so unix_s stays wrong when the clock is set "
      "later",
@@ -1106,7 +1106,7 @@ DEFECTS_BY_OTHERS = [
      "The bytes of a removed old record are not subtracted: as soon as all records exceed their limit, all "
      "old ones but the newest are removed instead of the oldest one",
      (OUTPUT + "archive.c",
-      "        all -= cb_rotate_bytes(archive->path, last);\n",
+      "        all -= bytes;\n",
       "")),
     ("other-short-file-replaces",
      "A write error is forgotten when the temporary file is closed: on a full disk an incomplete file "
@@ -2657,4 +2657,16 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "cause_words.c",
       "(double)cause->cause.value + 0.0",
       "(double)cause->cause.value")),
+    ("other-unread-size-removes-all-records",
+     "A record whose size cannot be read once is removed, and so are all that are newer",
+     (OUTPUT + "archive.c",
+      "        if (bytes < 0 || cb_rotate_remove(archive->path, last) != 0) return;\n"
+      "        all -= bytes;",
+      "        cb_rotate_remove(archive->path, last);\n"
+      "        all -= bytes;")),
+    ("other-black-box-number-of-an-unread-folder",
+     "The black box counts its files anew where it cannot read its folder to the end",
+     (OUTPUT + "blackbox.c",
+      "    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
+      "    if (lstat(path, &there) != 0) return 0;")),
 ]

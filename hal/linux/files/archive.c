@@ -21,7 +21,8 @@ int64_t cb_archive_piece(const struct cb_archive *archive) {
     return archive->most_bytes > 0 ? archive->most_bytes / CB_ARCHIVE_SHARE : INT64_MAX;
 }
 
-/* Removes the oldest files beyond so many bytes of all. */
+/* Removes the oldest files beyond so many bytes of all. A file whose size cannot be read, or which
+ * stays, ends it: the newer ones would go in its place. */
 static void trim(const struct cb_archive *archive, int64_t most_bytes) {
     int64_t bytes, all = 0;
     unsigned last = 0;
@@ -30,8 +31,9 @@ static void trim(const struct cb_archive *archive, int64_t most_bytes) {
         last++;
     }
     for (; last > 1 && all > most_bytes; last--) {
-        all -= cb_rotate_bytes(archive->path, last);
-        cb_rotate_remove(archive->path, last);
+        bytes = cb_rotate_bytes(archive->path, last);
+        if (bytes < 0 || cb_rotate_remove(archive->path, last) != 0) return;
+        all -= bytes;
     }
 }
 

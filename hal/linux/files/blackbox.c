@@ -46,9 +46,10 @@ static void put_path(const struct cb_blackbox *box, char *path, const char *name
     snprintf(path, PATH_SIZE, "%s/%s%s", box->folder, name, end);
 }
 
-static void list_one(const char *path, const char *name, unsigned number, struct listing *all) {
+/* out: 0, or errno */
+static int list_one(const char *path, const char *name, unsigned number, struct listing *all) {
     struct stat there;
-    if (lstat(path, &there) != 0) return;
+    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;
     if (all->count == 0 || number < all->lowest) {
         all->lowest = number;
         snprintf(all->oldest, sizeof all->oldest, "%s", name);
@@ -56,27 +57,38 @@ static void list_one(const char *path, const char *name, unsigned number, struct
     if (number > all->highest) all->highest = number;
     all->bytes += there.st_size;
     all->count++;
+    return 0;
 }
 
 /* Removes what a crash has left of a file; other files stay. out: 0, or errno */
+static int take_name(const struct cb_blackbox *box, const char *name, struct listing *all) {
+    unsigned number, date, time;
+    char word[8] = "", end[8] = "", own[CB_BLACKBOX_NAME], path[PATH_SIZE];
+    if (sscanf(name, "%6u-%8uT%6uZ-%7[A-Z].%7[a-z.]", &number, &date, &time, word, end) != 5)
+        return 0;
+    snprintf(own, sizeof own, "%06u-%08uT%06uZ-%s.%s", number, date, time, word, end);
+    if (strcmp(own, name) != 0) return 0;
+    put_path(box, path, own, "");
+    if (strcmp(end, "csv.new") == 0) unlink(path);
+    return strcmp(end, "csv") == 0 ? list_one(path, own, number, all) : 0;
+}
+
+/* All of them, or errno: after a part of them the next file would get a number that is taken, and
+ * be removed as the oldest. */
 static int list(const struct cb_blackbox *box, struct listing *all) {
     DIR *folder = opendir(box->folder);
     memset(all, 0, sizeof *all);
     if (folder == NULL) return errno;
-    for (const struct dirent *entry; (entry = readdir(folder)) != NULL;) {
-        unsigned number, date, time;
-        char word[8] = "", end[8] = "", own[CB_BLACKBOX_NAME], path[PATH_SIZE];
-        if (sscanf(entry->d_name, "%6u-%8uT%6uZ-%7[A-Z].%7[a-z.]", &number, &date, &time, word,
-                   end) != 5)
-            continue;
-        snprintf(own, sizeof own, "%06u-%08uT%06uZ-%s.%s", number, date, time, word, end);
-        if (strcmp(own, entry->d_name) != 0) continue;
-        put_path(box, path, own, "");
-        if (strcmp(end, "csv") == 0) list_one(path, own, number, all);
-        if (strcmp(end, "csv.new") == 0) unlink(path);
+    int error = 0;
+    while (error == 0) {
+        errno = 0;
+        const struct dirent *entry = readdir(folder);
+        if (entry == NULL) break;
+        error = take_name(box, entry->d_name, all);
     }
+    if (error == 0) error = errno;
     closedir(folder);
-    return 0;
+    return error;
 }
 
 /* Removes the oldest files beyond so many files and bytes. out: 0, or errno. *highest: number of

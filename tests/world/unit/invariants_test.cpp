@@ -170,6 +170,8 @@ const edge edges[] = {
     {"reference", 830026, 2500, "disk", nullptr},
     // A refused rename leaves a number of the records out.
     {"record", 850136, 2500, "refuse", nullptr},
+    {"record", 448, 4000, "refuse", nullptr},
+    {"rows", 265, 4000, "refuse", nullptr},
     // A filter begins anew, and its first probe brings it to what it had in the run before.
     {"adapted", 852010, 2500, "refuse,kill,power_cut,restart,disk,reload,state,reader,links", nullptr},
     // The line that says how the run before ended could not be written.
