@@ -204,9 +204,11 @@ class permission_invariant : public invariant {
         if (!head.enables()) {
             off_ns_ = seen.now;
             on_ns_ = never;
-        } else if (heard) {
-            on_ns_ = std::min(on_ns_, seen.sent);
+        } else if (on_ns_ == never) {
+            edge_ns_ = seen.sent;
+            counts_ = counts_ || !heard || hides_start();
         }
+        if (head.enables() && heard) on_ns_ = std::min(on_ns_, seen.sent);
         if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
     }
     // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.
@@ -220,6 +222,18 @@ class permission_invariant : public invariant {
         return block.mode == fakeplc::box_mode::ramp && missing.count(block.reason) > 0 &&
                (mode_before != fakeplc::box_mode::standby || block.reason == wait);
     }
+    // An edge of enable counts where its step has all that ACTIVE needs of PLC and signals.
+    void take_edge(const machine &facts, const exchange &seen, const written_block &block) {
+        using namespace box_reason;
+        const time_ns edge_ns = std::exchange(edge_ns_, never);
+        if (edge_ns == never) return;
+        const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed};
+        const bool waits = block.mode == fakeplc::box_mode::standby ||
+                           block.mode == fakeplc::box_mode::ramp ||
+                           block.mode == fakeplc::box_mode::hold;
+        const bool is_next = 2 * (seen.sent - edge_ns) < 3 * facts.period_us * us;
+        counts_ = counts_ || !is_next || !waits || missing.count(block.reason) == 0;
+    }
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
         const bool follows = !contact_ || 2 * (seen.sent - newest_ns_) < 3 * facts.period_us * us;
@@ -229,6 +243,7 @@ class permission_invariant : public invariant {
         if (!follows || ++writes_ > first_writes) start_known_ = false;
         if (start_known_ && !lost_ && block.reason == box_reason::wait)
             violated("a box that has just started waits for permission, and nothing was lost");
+        take_edge(facts, seen, block);
         const unsigned mode_before = std::exchange(mode_, block.mode);
         const bool is_confirmed = stops_ || seen.duration != never;
         stops_ = block.mode == fakeplc::box_mode::stopped && is_confirmed;
@@ -247,13 +262,17 @@ class permission_invariant : public invariant {
             (off_ns_ + 3 * facts.period_us * us + lag_ns >= lost_ns_ || on_ns_ >= lost_ns_);
         if (lost_ && !permitted && !was_off)
             violated("ACTIVE after a loss, without permit resume and without a new edge of enable");
-        lost_ = false;
+        if (lost_ && !permitted && !counts_)
+            violated("ACTIVE after a loss, and enable came while something was missing");
+        lost_ = counts_ = false;
         active_ns_ = seen.sent;
     }
 
     time_ns lag_ns_, newest_ns_ = 0, active_ns_ = -never / 2, permit_ns_ = -never / 2,
                      off_ns_ = -never / 2, lost_ns_ = -never / 2;
     time_ns on_ns_ = never;  // the first reading behind off_ns_ with enable that the box has heard
+    time_ns edge_ns_ = never;  // of a reading whose step has yet to write
+    bool counts_ = false;      // an edge since then may be a permission
     bool lost_ = false, contact_ = false, writes_any_ = false;
     bool stops_ = false, was_stopped_ = false;  // STOPPED had a reply, here and before the start
     bool refuses_ = false;                      // a write of this daemon
