@@ -35,6 +35,7 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       temperatures_(of.twin.signals),
       warmth_(seed, "warmth"),
       prober_(seed, "prober"),
+      scatter_(seed, "scatter"),
       late_copies_(seed, "late copies"),
       passing_(seed, "passes 65535") {
     control.leave_truth_out();
@@ -69,7 +70,8 @@ void plc_side::probe() {
     if (probing_ == elsewhere) probed_um_ = place_um_ + prober_.between(-10, 10);
     if (probing_ == no_number) probed_um_ = std::nan("");
     if (probing_ == at_limits) probed_um_ = high ? 500 : -500;
-    if (probing_ == alternates) probed_um_ = probed_um_ > 0 ? -100 : 100;
+    if (probing_ == alternates)
+        probed_um_ = (probed_um_ > 0 ? -1 : 1) * std::abs(place_um_) + scatter_.between(-3, 3);
     if (probing_ == far_off) probed_um_ = high ? 1e7 : -1e7;
     if (probing_ == replays && std::isnan(probed_um_)) probed_um_ = 0;
     probes_ = static_cast<std::uint16_t>(
