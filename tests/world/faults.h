@@ -156,6 +156,7 @@ class fault_injector : public call_faults,
     void lie_about(const fakeplc::shown_signal &signal);
     void lie_on(const fakeplc::shown_signal &signal, int way, double value, time_ns until);
     void replace_what_is_read(const call_site &site);
+    double beyond_error(std::size_t c, dice &drawn);
     void lie_about_applied(dice &drawn);
     void lie_about_another(std::size_t c, time_ns lasts, dice &drawn);
     void write_again_and_again(dice &drawn);

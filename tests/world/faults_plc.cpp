@@ -355,6 +355,15 @@ void fault_injector::write_each(time_ns pause, time_ns until, int at,
     later(pause, [this, pause, until, at, words] { write_each(pause, until, at, words); });
 }
 
+// out: a value beyond the channel's error_um, often by less than the channel has
+double fault_injector::beyond_error(std::size_t c, dice &drawn) {
+    const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
+    const double error_um = of_.box_machine.channels[c].error_um, part = drawn.log_between(0.1, 9);
+    const auto words = of_.plc.registers(channel.address, channel.format.registers);
+    const double held_um = std::fabs(channel.scale_um * channel.format.decode(words.data()));
+    return error_um + part * (part < 1 && held_um > 0.1 * error_um ? held_um : error_um);
+}
+
 // The PLC shows another value as applied than the box wrote: somewhere, beyond error_um, or none.
 void fault_injector::lie_about_applied(dice &drawn) {
     const auto &channels = of_.box_machine.map.channels;
@@ -365,7 +374,7 @@ void fault_injector::lie_about_applied(dice &drawn) {
     if (shown.empty()) return;
     const std::size_t c = drawn.one_of(shown);
     const fakeplc::taken_channel &channel = channels[c];
-    const double far_um = of_.box_machine.channels[c].error_um * drawn.log_between(1.1, 10);
+    const double far_um = beyond_error(c, drawn);
     const double value_um = drawn.one_in(2)   ? drawn.between(-300, 300)
                             : drawn.one_in(2) ? far_um
                                               : -far_um;
@@ -384,7 +393,7 @@ void fault_injector::lie_about_applied(dice &drawn) {
 // Meanwhile a second one is beyond its error_um.
 void fault_injector::lie_about_another(std::size_t c, time_ns lasts, dice &drawn) {
     const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
-    const double far_um = of_.box_machine.channels[c].error_um * drawn.log_between(1.1, 10);
+    const double far_um = beyond_error(c, drawn);
     later(drawn.time_between(0, lasts), [this, &channel, far_um, lasts] {
         if (!active_) return;
         note(fault_kind::foreign, fmt::format("it applies {} µm to {}", far_um, channel.name));

@@ -151,7 +151,7 @@ class applied_invariant : public invariant {
         if (!(elapsed_s > 0 && um >= new_low && um <= new_high)) outside_ns_ = read_ns_;
         const double near = 2 * (facts.map.deadband_um.value_or(0.1) + channel.unit_um) + 0.01;
         const bool inside = sent_.empty() || (um >= low - near && um <= high + near);
-        const double most = 1.01 * std::max(channel.error_um, channel.limit_um) + near;
+        const double most = 1.01 * std::max({channel.error_um, -low, high}) + near;
         state.beyond = std::fabs(um) <= most || inside ? 0 : state.beyond + 1;
         if (state.beyond <= 1) state.beyond_ns = read_ns_;
         // With a handshake the window is longer than here.

@@ -420,6 +420,7 @@ struct draft {
             if (made_channel.contains("sum") && !chance.one_in(2)) continue;
             made_channel["sum"].push_back(output);
         }
+        facts.error_um = made_channel["error_um"];
         made.channels.push_back(facts);
         return made_channel;
     }
