@@ -70,6 +70,63 @@ const mistake mistakes[] = {
         }
         return false;
     },
+    // Signals may share the registers of a number, not those of two numbers.
+    [](json &root) {
+        for (json &one : root["signals"]) {
+            for (json &other : root["signals"]) {
+                if (!one.contains("plc") || !other.contains("plc") ||
+                    is_wide(one) != is_wide(other) || one["name"] == other["name"])
+                    continue;
+                other["plc"] = one["plc"];
+                other["type"] = one["type"] == "int32"    ? "float32"
+                                : one["type"] == "int16"  ? "uint16"
+                                : one["type"] == "uint16" ? "int16"
+                                                          : "int32";
+                other["scale"] = 1e-3;
+                return true;
+            }
+        }
+        return false;
+    },
+    [](json &root) {
+        return changes(term_with(root, "probe"), [](json &term) { term["of"] = term["name"]; });
+    },
+    [](json &root) {
+        return changes(term_with(root, "probe"),
+                       [](json &term) { term["probe"]["count"] = term["probe"]["value"]; });
+    },
+    [](json &root) {
+        for (json &channel : root["channels"]) {
+            if (!channel.contains("applied")) continue;
+            channel["applied"] = root["plc"]["control"];
+            return true;
+        }
+        return false;
+    },
+    [](json &root) {
+        for (json &channel : root["channels"]) {
+            if (channel["type"] != "int16") continue;
+            channel["scale"] = channel["limit_um"].get<double>() / 40000;
+            return true;
+        }
+        return false;
+    },
+    [](json &root) {
+        root["signals"][0]["scale"] = 0;
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["sign"] = 0;
+        return true;
+    },
+    [](json &root) {
+        root["revision"] = -1;
+        return true;
+    },
+    [](json &root) {
+        root["channels"][0]["limit_um"] = "9";
+        return true;
+    },
     [](json &root) {
         json &channels = root["channels"];
         if (channels.size() < 2 || !is_wide(channels[0])) return false;
