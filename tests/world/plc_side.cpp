@@ -37,7 +37,9 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
       prober_(seed, "prober"),
       scatter_(seed, "scatter"),
       late_copies_(seed, "late copies"),
-      passing_(seed, "passes 65535") {
+      passing_(seed, "passes 65535"),
+      tarrying_(seed, "tarrying"),
+      tarries_(tarrying_.one_in(4)) {
     control.leave_truth_out();
     control.set_permit(permits_resume);
     dice beat(seed, "beat");  // which passes 65535 soon
@@ -266,9 +268,14 @@ void plc_side::disguise(const fakeplc::byte_string &request, fakeplc::byte_strin
     change(machine_.map.plc_heartbeat, [this](unsigned word) { return word + heartbeat_offset; });
 }
 
+// One PLC in four closes its own side when it comes to it, or never.
 void plc_side::closed(const connection_ptr &from, bool reset) {
     clients_.erase(from->number);
-    if (!reset) from->finish();
+    if (reset) return;
+    if (!tarries_) return from->finish();
+    if (tarrying_.one_in(3)) return;
+    const auto pause = static_cast<time_ns>(tarrying_.log_between(1e6, 10e9));
+    net_.box.time.at(net_.box.time.now() + pause, [from] { from->finish(); });
 }
 
 void plc_side::close_all() {

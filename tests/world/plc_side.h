@@ -160,7 +160,8 @@ class plc_side : public tcp_peer {
     std::map<std::string, double> temperatures_;
     dice warmth_;
     double warm_ = 0, warms_by_ = 0;  // what sensors that check each other have in common
-    dice prober_, scatter_, late_copies_, passing_;
+    dice prober_, scatter_, late_copies_, passing_, tarrying_;
+    const bool tarries_;         // … to close its side
     time_ns served_ns_ = 0;      // the newest request that the PLC answers
     std::uint64_t probing_ = 0;  // what the prober does now
     double probed_um_ = 0;
