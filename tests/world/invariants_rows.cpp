@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -156,7 +157,7 @@ class rows_invariant : public invariant {
             const bool is_full = first_event_s - first_s > kept_before_event_s - 10;
             if (first_s >= 0 && !is_full) check_begin(file, before_s, first_s);
             if (longest_lag(of_) == 0) {
-                if (first_s >= 0) check_rest(rest_of, first_s - before_s);
+                if (first_s >= 0) check_rest(rest_of, begun_s(file) - before_s);
                 check_end(file, last_s, first_event_s, event_s);
             }
             before_s = last_s;
@@ -165,11 +166,22 @@ class rows_invariant : public invariant {
         }
         if (longest_lag(of_) == 0) check_rest(rest_of, 60);
     }
-    // Seconds behind an event for which its file had no time left are in the next one.
+    // Seconds behind an event for which its file had no time left are in the next one, which begins
+    // at once.
     void check_rest(const std::string &rest_of, double pause_s) {
-        if (!rest_of.empty() && pause_s > 2 && !loses_rows() &&
+        if (!rest_of.empty() && pause_s > 5 && !loses_rows() &&
             !draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk}))
             violated(fmt::format("{} ends soon behind an event, and no file goes on", rest_of));
+    }
+    // out: the wall clock in a file's name, as the record's unix_s
+    static double begun_s(const std::string &file) {
+        std::tm utc = {};
+        if (std::sscanf(file.c_str(), "%*6u-%4d%2d%2dT%2d%2d%2dZ", &utc.tm_year, &utc.tm_mon,
+                        &utc.tm_mday, &utc.tm_hour, &utc.tm_min, &utc.tm_sec) != 6)
+            return std::nan("");
+        utc.tm_year -= 1900;
+        utc.tm_mon -= 1;
+        return static_cast<double>(timegm(&utc));
     }
     // out: a daemon ended then
     bool is_cut(double from_s, double to_s) const {
