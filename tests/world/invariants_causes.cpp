@@ -90,6 +90,9 @@ class causes_invariant : public invariant {
         if (terms_judged_ && facts.map.detail) judge_term(facts, block, seen.sent);
         if (judged_ && facts.map.detail && block.reason == box_reason::drifted)
             judge_drifted(facts, block.detail);
+        if (names_judged_ && facts.map.detail && block.reason == box_reason::degraded &&
+            block.detail >> 8 == doubted)
+            judge_doubted(facts, block.detail);
         // Another device may have taken the first blocks of a fault, of other readings.
         const time_ns apart_ns = seen.sent - std::exchange(block_ns_, seen.sent);
         if (names_judged_ && facts.map.detail)
@@ -149,8 +152,20 @@ class causes_invariant : public invariant {
         if (place > 0 && place <= terms.size() && terms[place - 1].at("type") == "adapt") return;
         violated(fmt::format("probes are to one side, and the detail is {:#x}", detail));
     }
+    // Only a sensor that others check is doubted.
+    void judge_doubted(const machine &facts, std::size_t detail) {
+        const std::size_t place = detail & 0xFFu;
+        const nlohmann::json &file = facts.file();
+        const nlohmann::json checked =
+            file.contains("sensors") ? file.at("sensors").at("signals") : nlohmann::json::array();
+        if (place > 0 && place <= facts.signals.size() &&
+            std::count(checked.begin(), checked.end(), facts.signals[place - 1].name) > 0)
+            return;
+        violated(
+            fmt::format("a sensor is doubted, the detail is {:#x}, and none checks it", detail));
+    }
     // Kinds of docs/faults.md.
-    static constexpr std::size_t faded = 7, foreign = 10, drifted = 12;
+    static constexpr std::size_t faded = 7, foreign = 10, doubted = 11, drifted = 12;
     void learn(const machine &of) {
         if (!judged_) return;
         for (const channel_facts &channel : of.channels) {

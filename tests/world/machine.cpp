@@ -1513,6 +1513,8 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
+    // Its sensors do not check each other any more.
+    if (dice(of.twin.seed + revision, "unchecked").one_in(3)) root.erase("sensors");
     // What a term has learnt may be beyond its bounds in the next file.
     dice learnt(of.twin.seed + revision, "adapt");
     for (json &term : root["terms"])
