@@ -1143,6 +1143,8 @@ struct draft {
         constexpr double common = 3;
         const double threshold = rounded(own.between(6, 12)),
                      after_s = 0.5 * static_cast<double>(2 + own.below(5));
+        dice low(made.twin.seed, "least of sensors");
+        const double least = low.one_in(2) ? -10 : rounded(low.between(2, 8));
         json names, centers, precision;
         std::vector<double> weights;  // 1 / variance
         double sum = 1 / (common * common);
@@ -1152,7 +1154,7 @@ struct draft {
                            {"unit", "degC"},
                            {"plc", next_read(real ? 2 : 1)},
                            {"type", real ? "float32" : "int16"},
-                           {"min", -10},
+                           {"min", least},
                            {"max", 90}};
             if (!real) signal["scale"] = 0.01;
             if (own.one_in(3)) signal["max_age_ms"] = 500 + own.below(3000);
@@ -1513,8 +1515,6 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
-    // Its sensors do not check each other any more.
-    if (dice(of.twin.seed + revision, "unchecked").one_in(3)) root.erase("sensors");
     // What a term has learnt may be beyond its bounds in the next file.
     dice learnt(of.twin.seed + revision, "adapt");
     for (json &term : root["terms"])
