@@ -217,6 +217,7 @@ void can_bus::reboot(std::size_t node) {
     can_node &of = nodes[node];
     of.operational = of.starts_itself;
     of.again = 0;
+    of.boots++;
     of.booted_ns = of_.time.now();
     can_frame boot_up = {};
     boot_up.can_id = static_cast<canid_t>(0x700 + of.number);
@@ -272,9 +273,10 @@ void can_bus::sent_by_box(const can_frame &frame) {
     of_.hash.add(&frame, sizeof frame);
     if (sent) sent(frame);
     if (frame.can_id != 0 || frame.can_dlc != 2 || frame.data[0] != 1) return;
-    if (of_.time.now() < on_the_bus_ns) return;
     for (can_node &node : nodes) {
         if (frame.data[1] != 0 && frame.data[1] != node.number) continue;
+        node.starts++;
+        if (of_.time.now() < on_the_bus_ns) continue;
         node.waits = 0;
         node.again += node.operational;
         node.operational = node.operational || !node.deaf;

@@ -42,6 +42,7 @@ struct can_node {
     int waits = 0;
     int again = 0;  // starts while it ran, since it, the daemon or the bus began anew
     time_ns booted_ns = 0;
+    std::uint64_t starts = 0, boots = 0;  // since the daemon began
 };
 
 class can_bus {

@@ -76,6 +76,13 @@ class counters_invariant : public invariant {
         handshakes_ = handshakes_before_ = 0;
         handshake_ = 0;
         newest_.clear();
+        if (of_.can == nullptr) return;
+        for (can_node &node : of_.can->nodes) node.starts = node.boots = 0;
+    }
+    // With other nodes of CAN their counters begin anew; statistics of before may still come.
+    void taken(const machine &was, const machine &is) override {
+        if (was.file().value("can", json()) != is.file().value("can", json()))
+            nodes_ns_ = of_.time.now() + 6 * second;
     }
     void exchanged(const exchange &seen) override {
         if (calm_) take_reading(seen);
@@ -102,9 +109,14 @@ class counters_invariant : public invariant {
                 if (value.is_number_unsigned() && counter.find("_us") == std::string::npos)
                     keep(part, counter, value);
         if (!all.contains("can")) return;
-        for (const json &node : all.at("can").at("nodes"))
-            for (const char *counter : {"boots", "losses", "starts"})
-                keep(fmt::format("node {}", node.at("node").get<int>()), counter, node.at(counter));
+        for (const json &node : all.at("can").at("nodes")) {
+            const std::string of_node = fmt::format("node {}", node.at("node").get<int>());
+            for (const char *counter : {"boots", "losses", "starts"}) {
+                if (of_.time.now() < nodes_ns_) newest_.erase(of_node + " " + counter);
+                keep(of_node, counter, node.at(counter));
+            }
+            judge_node(node);
+        }
     }
     void ended(const ending &how) override {
         const json all = finished_statistics();
@@ -168,6 +180,15 @@ class counters_invariant : public invariant {
             refused_ += !(value > signal.min - near && value < signal.max + near);
         });
     }
+    // None is of another node. A boot from before the start may be heard behind it.
+    void judge_node(const json &shown) {
+        for (const can_node &node : of_.can->nodes)
+            if (node.number == shown.at("node") &&
+                (shown.at("starts") > node.starts || shown.at("boots") > node.boots + 1))
+                violated(fmt::format(
+                    "node {} has had {} starts and {} boots, the box counts {} and {}", node.number,
+                    node.starts, node.boots, shown.at("starts").dump(), shown.at("boots").dump()));
+    }
     void keep(const std::string &of, const std::string &counter, std::uint64_t value) {
         std::uint64_t &before = newest_[of + " " + counter];
         if (value < before)
@@ -204,6 +225,7 @@ class counters_invariant : public invariant {
     }
 
     std::map<std::string, std::uint64_t> newest_;  // counters of this daemon
+    time_ns nodes_ns_ = -never / 2;                // until then counters of nodes may begin anew
     bool judged_, calm_;
     bool alone_;           // no other client writes, and the PLC returns what was written, whole
     time_ns sent_ns_ = 0;  // the newest write

@@ -24,12 +24,12 @@ namespace {
 class reference_invariant : public invariant {
   public:
     explicit reference_invariant(run &of) : invariant(of, "reference") {
-        if (!hides_exchanges(of)) box_.emplace(of.box_machine);
         samples_arrive_ = !draws_any(of, {fault_kind::can, fault_kind::reload});
         measurements_arrive_ = samples_arrive_ && hears_measurements(of);
     }
     void started() override {
         if (of_.starts() > 1 && draws(of_, fault_kind::reload)) box_.reset();  // which file it runs
+        if (of_.starts() == 1 && !hides_exchanges(of_)) box_.emplace(of_.running());
         if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         steady_ = calm_ = readings_ = 0;
         silent_ = of_.starts() > 1;

@@ -1445,6 +1445,16 @@ void drop_term(json &root, std::size_t index) {
         }
 }
 
+// Nodes of CAN whose signal is read no longer.
+void drop_nodes(json &root) {
+    if (!root.contains("can")) return;
+    json &nodes = root["can"]["nodes"];
+    for (std::size_t i = nodes.size(); i-- > 0;)
+        if (nodes.size() > 1 &&
+            !names(root["signals"], fmt::format("C{}", nodes[i]["node"].get<int>())))
+            nodes.erase(i);
+}
+
 // Other time constants, and other terms in a channel's sum.
 void rewire(json &root, dice &order, bool changes_lags) {
     for (json &signal : root["signals"])
@@ -1489,6 +1499,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         if (drops.one_in(2) && root["terms"][i]["type"] != "adapt" &&
             is_spare(root, root["terms"][i]))
             drop_term(root, i);
+    if (drops.one_in(2)) drop_nodes(root);
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {

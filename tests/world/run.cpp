@@ -125,13 +125,20 @@ run::run(const run_options &with)
     };
     box.files.make_folder(keys_path);
     if (signer) box.files.put(std::string(keys_path) + "/factory.pub", signer->known_key());
-    put_signed(box_machine.text);
-    note_file(box_machine.text);
-    good_file = box_machine.text;
+    good_file = first_file();
+    put_signed(good_file);
+    note_file(good_file);
     taken_ = combined_ = {{0, 1}};
 }
 
 // ---- coefficient files
+
+// One that others follow may lack signals and terms that they have.
+std::string run::first_file() const {
+    dice own(options.seed, "first file");
+    const bool is_another = draws(*this, fault_kind::reload) && own.one_in(3);
+    return is_another ? another_file(box_machine, own, box_machine.revision) : box_machine.text;
+}
 
 // A file is asked for twice.
 const std::optional<machine> &run::facts_in(const std::string &text) {

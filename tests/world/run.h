@@ -86,6 +86,7 @@ class run {
     const machine *file_of(const std::string &text);
     // out: the newest file of this revision; nullptr: none that a box can run
     const machine *with_revision(unsigned revision) const;
+    std::string first_file() const;
     std::string good_file_of(unsigned revision);
     std::set<unsigned> wrong_revisions;  // of files that no box takes
     // Of machines whose box knows a key.
