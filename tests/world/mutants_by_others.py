@@ -2669,4 +2669,120 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "blackbox.c",
       "    if (lstat(path, &there) != 0) return errno == ENOENT ? 0 : errno;",
       "    if (lstat(path, &there) != 0) return 0;")),
+    ("other-resume-edge-while-signal-missing",
+     "After a loss, a rising enable counts as the permission although an essential signal is still missing, "
+     "writes are unconfirmed or the clock jumped, so the box starts to compensate by itself when all is well "
+     "again",
+     (BOX + "mode.c",
+      "    if (healthy(events) && events->enable && !state->enable_was) state->lost = false;\n",
+      "    const bool contact = !events->loss && events->plc_ok && events->heartbeat_ok;\n"
+      "    if (contact && events->enable && !state->enable_was) state->lost = false;\n")),
+    ("other-late-turns-pass-without-service",
+     "The turns of late writes run down while nothing is sent or a write failed and the PLC serves no request, "
+     "so a write without a reply is forgotten although it may still take effect after a long silence",
+     (BOX + "limiter.c",
+      "    const uint32_t served_us = result == CB_TRANSFER_OK ? elapsed_us : lived_us;\n",
+      "    const uint32_t served_us = result != CB_TRANSFER_UNKNOWN ? elapsed_us : lived_us;\n")),
+    ("other-foreign-bound-is-a-sum",
+     "An applied value counts as foreign only beyond error_um plus the largest sent value instead of beyond "
+     "the larger of the two, so a foreign offset between them is no fault",
+     (BOX + "applied.c",
+      "    const bool bounded = cb_abs(um) <= cb_max(channel->error_um, largest_um) + unit_um;\n",
+      "    const bool bounded = cb_abs(um) <= channel->error_um + largest_um + unit_um;\n")),
+    ("other-too-fast-value-refreshes-age",
+     "The time of the last accepted value is set before the rate is checked, so a value that was rejected as "
+     "too fast keeps the old value fresh, and the lost signal is never noticed",
+     (SIGNALS + "signals.c",
+      "    const int64_t elapsed_us = time_us - state->time_us;\n"
+      "    const float change = value - state->value;\n"
+      "    if (state->known) {\n",
+      "    const int64_t elapsed_us = time_us - state->time_us;\n"
+      "    const float change = value - state->value;\n"
+      "    state->time_us = time_us;\n"
+      "    if (state->known) {\n"),
+     (SIGNALS + "signals.c",
+      "    state->value = inside;\n"
+      "    state->time_us = time_us;\n"
+      "    state->refusal = CB_CAUSE_NONE;\n",
+      "    state->value = inside;\n"
+      "    state->refusal = CB_CAUSE_NONE;\n")),
+    ("other-prediction-clamped-without-center",
+     "The prediction of a doubted or stale sensor, which is relative to its center, is clamped to the absolute "
+     "range of the signal, so with a min of 0 it never falls below the center and its lags follow a wrong "
+     "temperature",
+     (SIGNALS + "sensors.c",
+      "    state->away[at->j] = cb_clamp(state->away[at->j] - residual / at->own,\n"
+      "                                  at->limits->min - at->center, at->limits->max - at->center);\n",
+      "    state->away[at->j] = cb_clamp(state->away[at->j] - residual / at->own, at->limits->min,\n"
+      "                                  at->limits->max);\n")),
+    ("other-shared-register-of-other-type",
+     "Two signals may share a register when their types have the same width but are different numbers (int16 "
+     "and uint16, int32 and float32), so a file with such a mistake is accepted and one of them is read "
+     "wrongly",
+     ("firmware/load/registers.c",
+      "    return signal->reg == first && signal->type == type;\n",
+      "    return signal->reg == first &&\n"
+      "           cb_number_registers(signal->type) == cb_number_registers(type);\n")),
+    ("other-same-probe-for-every-doubt",
+     "Each new doubt on the serial line uses the same probe as the one before, so a late reply to a second "
+     "probe of the earlier doubt ends the new doubt too early, and a stale reply is then taken for a new one",
+     ("firmware/wire/rtu_dialog.c",
+      "    dialog->probe ^= 1;\n",
+      "")),
+    ("other-short-silences-at-19200",
+     "The fixed short silences apply at 19200 baud too, where the standard asks for 1.5 and 3.5 characters, so "
+     "frames follow each other too closely and small gaps count as an end",
+     ("firmware/wire/rtu_line.c",
+      "    if (line->baud > SHORT_SILENCES_ABOVE_BAUD)\n",
+      "    if (line->baud >= SHORT_SILENCES_ABOVE_BAUD)\n")),
+    ("other-event-counted-before-written",
+     "The size of the events file grows before the write has succeeded, so a full disk leaves the torn line "
+     "there, filled up with zero bytes, and the next event is joined to it",
+     (OUTPUT + "events.c",
+      "    if (cb_output_write(events->fd, line, bytes) == bytes) {\n"
+      "        events->bytes += (int64_t)bytes;\n"
+      "        return 0;\n"
+      "    }\n"
+      "    error = errno;\n",
+      "    events->bytes += (int64_t)bytes;\n"
+      "    if (cb_output_write(events->fd, line, bytes) == bytes) return 0;\n"
+      "    error = errno;\n")),
+    ("other-leaving-needs-both",
+     "A connection that the box leaves behind its last write ends only if the PLC has closed its side and the "
+     "time is over, so a PLC that never closes is never connected again",
+     (LINUX + "link.c",
+      "    if (!read_off(link->fd) && now_us - link->since_us <= LEAVE_TIMEOUT_US) return;\n",
+      "    if (!read_off(link->fd) || now_us - link->since_us <= LEAVE_TIMEOUT_US) return;\n")),
+    ("other-can-nodes-kept-at-reload",
+     "A reload with other CANopen nodes on the same interface keeps the states of the old nodes at the same "
+     "places, so a new node may get no start command and shows the state of another one",
+     (LINUX + "can_source.c",
+      "    const bool same = memcmp(&source->config, &config->can, sizeof config->can) == 0;\n"
+      "    const bool moves",
+      "    const bool moves"),
+     (LINUX + "can_source.c",
+      "    if (!same) cb_canopen_start(source->nodes);\n",
+      "    if (moves) cb_canopen_start(source->nodes);\n")),
+    ("other-watchdog-looks-at-notify-steps",
+     "The hardware watchdog compares the cycles with those of systemd's last feed, so without systemd's "
+     "watchdog it is fed on while the loop hangs",
+     (DAEMON + "supervise.c",
+      "    if (is_due(steps, supervise->watchdog_steps, now_us, supervise->watchdog_fed_us,\n",
+      "    if (is_due(steps, supervise->notify_steps, now_us, supervise->watchdog_fed_us,\n")),
+    ("other-compressed-source-left-open",
+     "The plain file of a record that was compressed stays open, so each rotation leaks a descriptor and the "
+     "removed file keeps its room on the disk",
+     (OUTPUT + "compress.c",
+      "    if (bytes == 0) error = finish();\n"
+      "    cb_compress_abandon();\n"
+      "    return error;\n",
+      "    if (bytes == 0) return finish();\n"
+      "    cb_compress_abandon();\n"
+      "    return error;\n")),
+    ("other-rtu-retry-takes-the-reserve",
+     "A repeated reading on a serial line may use the time that is reserved for the write, so the write of "
+     "that cycle is not sent",
+     ("firmware/wire/rtu_dialog.c",
+      "    if (again) return dialog->again_until_us - now_us >= all_us(dialog, dialog->doubtful);\n",
+      "    if (again) return dialog->deadline_us - now_us >= all_us(dialog, dialog->doubtful);\n")),
 ]
