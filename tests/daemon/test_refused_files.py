@@ -2,6 +2,7 @@
 """A call about one of the box's own files fails: a start ends with a sentence, a run goes on, no old file is lost."""
 import errno
 import json
+import signal
 
 import pytest
 
@@ -131,3 +132,32 @@ def test_an_interrupted_read_does_not_end_a_compression(stage, served, start_box
         until(lambda: "record.csv.1.gz" in kept(box))
         box.stop()
     assert box.code == 0 and "cannot be written" not in box.log
+
+
+def test_an_old_record_whose_size_cannot_be_read_does_not_cost_the_newer_ones(stage, served, start_box):
+    box = start_box("--record-most", "1")
+    box.record_file.write_text("of another file\n")     # put aside at the start, before eight others
+    for number in range(1, 9):
+        box.record_file.with_name(f"record.csv.{number}.gz").write_bytes(bytes(95000))
+    stage.fail("lstat", errno.EIO, "record.csv.9.gz", times=1, skipped=2)   # that of the ninth, on its removal
+    with box:
+        served.wait_mode(ACTIVE)
+        box.stop()
+    assert box.code == 0 and len(stage.failed) == 1
+    assert {f"record.csv.{number}.gz" for number in range(2, 10)} <= set(kept(box))
+
+
+@pytest.mark.parametrize("call, path", [("lstat", "000007"), ("readdir", "")])
+def test_a_black_box_that_cannot_read_its_folder_takes_no_number_twice(stage, served, start_box, tmp_path, call, path):
+    folder = tmp_path / "blackbox"
+    folder.mkdir()
+    (folder / "000007-20260101T000000Z-HOLD.csv").write_text("an older file")
+    with start_box("--blackbox", folder) as box:
+        served.wait_mode(ACTIVE)
+        stage.fail(call, errno.EIO, path, times=1)
+        box.send_signal(signal.SIGUSR1)
+        until(lambda: "blackbox: cannot be written: Input/output error" in box.log)
+        box.send_signal(signal.SIGUSR1)
+        until(lambda: "black box:" in box.log)
+        box.stop()
+    assert box.code == 0 and len(stage.failed) == 1 and f"black box: {folder}/000008-" in box.log
