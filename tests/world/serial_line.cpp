@@ -123,6 +123,7 @@ void serial_line::transmit(const fakeplc::byte_string &bytes) {
     busy_ns_ = of_.time.now() + static_cast<time_ns>(bytes.size()) * character() * 10 / 11;
     // One that has come, and that the box has not read, may be taken for that of a same one.
     const bool waits = newest_.settled && newest_.frame == bytes && !inbox_.empty();
+    if (newest_.frame != bytes) alike_since_ns_ = of_.time.now();
     newest_ = {bytes, of_.time.now(), fate.delay_ns == 0 && free_ns_[0] <= of_.time.now(), waits};
     of_.hash.add(on_wire.data(), on_wire.size());
     of_.hash.add(of_.time.now());
@@ -135,7 +136,7 @@ void serial_line::transmit(const fakeplc::byte_string &bytes) {
 }
 
 void serial_line::send(const fakeplc::byte_string &bytes, time_ns after,
-                       const fakeplc::byte_string &request) {
+                       const fakeplc::byte_string &request, time_ns sent) {
     const line_fate fate = faults == nullptr ? line_fate{} : faults->at_line(true);
     std::size_t flipped = 0;
     const fakeplc::byte_string on_wire = spoilt(bytes, fate, &flipped);
@@ -149,16 +150,16 @@ void serial_line::send(const fakeplc::byte_string &bytes, time_ns after,
     }
     if (on_wire.empty()) return;
     const bool on_time = !fate.torn && fate.delay_ns == 0;
-    of_.time.at(free_ns_[1], [this, bytes, flipped, request, on_time, plug = plugs_] {
-        if (plugged_ && plug == plugs_) settle(bytes, flipped, request, on_time);
+    of_.time.at(free_ns_[1], [this, bytes, flipped, request, sent, on_time, plug = plugs_] {
+        if (!plugged_ || plug != plugs_) return;
+        // A probe may be one of several of the same kind, that follow each other.
+        if (newest_.frame == request && sent >= alike_since_ns_) settle(bytes, flipped, on_time);
     });
 }
 
 // The last byte of a reply has come.
-void serial_line::settle(const fakeplc::byte_string &reply, std::size_t flipped,
-                         const fakeplc::byte_string &request, bool on_time) {
+void serial_line::settle(const fakeplc::byte_string &reply, std::size_t flipped, bool on_time) {
     constexpr time_ns earliest_deadline = 10 * ms;  // of the machines that are drawn
-    if (newest_.frame != request) return;  // a probe may be one of several of the same kind
     const bool exception = (reply[1] & 0x80) != 0;
     const std::size_t head = exception ? 2 : reply[1] == 16 ? 6 : 3;
     newest_.settled = newest_.settled || flipped >= head;
@@ -210,7 +211,7 @@ void rtu_slaves::hear(const fakeplc::byte_string &bytes, time_ns sent) {
     line_.send(
         fakeplc::rtu::frame(static_cast<std::uint8_t>(unit + answered.units_off), answered.pdu),
         std::max(7 * line_.character() / 2, 1750 * us) + answered.delay_ns,
-        answered.is_wrong ? fakeplc::byte_string{} : frame);
+        answered.is_wrong ? fakeplc::byte_string{} : frame, sent);
 }
 
 }  // namespace compbox::world

@@ -52,8 +52,9 @@ class serial_line {
     // in : the time at which the box sent it. Called in an event when its last byte ended.
     std::function<void(const fakeplc::byte_string &bytes, time_ns sent)> heard;
     // A slave replies to a request; the first byte leaves after `after`.
+    // in : request: what it answers, and when that was sent; empty: nothing
     void send(const fakeplc::byte_string &bytes, time_ns after,
-              const fakeplc::byte_string &request = {});
+              const fakeplc::byte_string &request = {}, time_ns sent = 0);
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
     bool is_plugged() const { return plugged_; }
@@ -74,13 +75,13 @@ class serial_line {
     // flipped: the byte with a bit that flips; npos: none
     fakeplc::byte_string spoilt(fakeplc::byte_string bytes, const line_fate &fate,
                                 std::size_t *flipped);
-    void settle(const fakeplc::byte_string &reply, std::size_t flipped,
-                const fakeplc::byte_string &request, bool on_time);
+    void settle(const fakeplc::byte_string &reply, std::size_t flipped, bool on_time);
 
     computer &of_;
     dice chance_;
     std::string inbox_;
     question newest_;
+    time_ns alike_since_ns_ = 0;  // since then the box has sent nothing else than that
     long baud_ = 19200;
     bool plugged_ = true;
     std::uint64_t plugs_ = 0;      // descriptors of an earlier adapter are dead
