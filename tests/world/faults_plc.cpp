@@ -361,7 +361,8 @@ double fault_injector::beyond_error(std::size_t c, dice &drawn) {
     const double error_um = of_.box_machine.channels[c].error_um, part = drawn.log_between(0.1, 9);
     const auto words = of_.plc.registers(channel.address, channel.format.registers);
     const double held_um = std::fabs(channel.scale_um * channel.format.decode(words.data()));
-    return error_um + part * (part < 1 && held_um > 0.1 * error_um ? held_um : error_um);
+    if (part < 1 && held_um > 0.05 * error_um) return error_um + held_um * (1 + part) / 2;
+    return error_um * (1 + part);
 }
 
 // The PLC shows another value as applied than the box wrote: somewhere, beyond error_um, or none.
