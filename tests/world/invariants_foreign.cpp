@@ -244,8 +244,9 @@ class refused_invariant : public invariant {
         const bool just_ended = of_.time.now() - ended_ns_ < second / 5;
         const time_ns refused_ns = just_ended ? before_ns_ : refused_ns_;
         if (refuses && refused_ns < least_refused && longest_lag(of_) == 0 &&
-            !draws_any(of_, {fault_kind::wire, fault_kind::line, fault_kind::foreign,
-                             fault_kind::stray, fault_kind::memory, fault_kind::mute}))
+            !draws_any(of_,
+                       {fault_kind::wire, fault_kind::line, fault_kind::foreign, fault_kind::loss,
+                        fault_kind::stray, fault_kind::memory, fault_kind::mute}))
             violated(fmt::format("FAULT by refused writes, and the PLC answered for {} ms",
                                  refused_ns / ms));
         if (line.find("ACTIVE: ") == std::string::npos) return;
