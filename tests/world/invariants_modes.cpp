@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -211,6 +212,12 @@ class permission_invariant : public invariant {
         if (head.enables() && heard) on_ns_ = std::min(on_ns_, seen.sent);
         if (head.permits() && head.enables()) permit_ns_ = std::max(permit_ns_, seen.sent);
     }
+    // By its reason the box lacks what it needs of the PLC, the clock or a signal.
+    static bool lacks_input(const written_block &block) {
+        using namespace box_reason;
+        constexpr std::array inputs = {no_plc, heartbeat, signal, clock, unconfirmed};
+        return std::find(inputs.begin(), inputs.end(), block.reason) != inputs.end();
+    }
     // A ramp straight from STANDBY is none: the PLC held outputs, and the box was not at work.
     static bool is_loss(unsigned mode_before, const written_block &block) {
         using namespace box_reason;
@@ -218,21 +225,19 @@ class permission_invariant : public invariant {
             return true;
         // An axis that loses its reference at work is one, a cleared enable is not.
         if (mode_before == fakeplc::box_mode::active && block.reason == not_referenced) return true;
-        const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed, wait};
-        return block.mode == fakeplc::box_mode::ramp && missing.count(block.reason) > 0 &&
-               (mode_before != fakeplc::box_mode::standby || block.reason == wait);
+        const bool waits = block.reason == wait;
+        return block.mode == fakeplc::box_mode::ramp &&
+               (waits || (lacks_input(block) && mode_before != fakeplc::box_mode::standby));
     }
     // An edge of enable counts where its step has all that ACTIVE needs of PLC and signals.
     void take_edge(const machine &facts, const exchange &seen, const written_block &block) {
-        using namespace box_reason;
         const time_ns edge_ns = std::exchange(edge_ns_, never);
         if (edge_ns == never) return;
-        const std::set<unsigned> missing = {no_plc, heartbeat, signal, clock, unconfirmed};
         const bool waits = block.mode == fakeplc::box_mode::standby ||
                            block.mode == fakeplc::box_mode::ramp ||
                            block.mode == fakeplc::box_mode::hold;
         const bool is_next = 2 * (seen.sent - edge_ns) < 3 * facts.period_us * us;
-        counts_ = counts_ || !is_next || !waits || missing.count(block.reason) == 0;
+        counts_ = counts_ || !is_next || !waits || !lacks_input(block);
     }
     void judge(const machine &facts, const exchange &seen) {
         const written_block &block = block_of(facts, seen);
