@@ -157,19 +157,20 @@ class rows_invariant : public invariant {
             const bool is_full = first_event_s - first_s > kept_before_event_s - 10;
             if (first_s >= 0 && !is_full) check_begin(file, before_s, first_s);
             if (longest_lag(of_) == 0) {
-                if (first_s >= 0) check_rest(rest_of, begun_s(file) - before_s);
+                const bool goes_on = first_s <= before_s + 2 && begun_s(file) <= before_s + 5;
+                if (first_s >= 0) check_rest(rest_of, goes_on);
                 check_end(file, last_s, first_event_s, event_s);
             }
             before_s = last_s;
             rest_of =
                 event_s >= 0 && last_s < event_s + 9 && !is_cut(last_s, event_s + 25) ? file : "";
         }
-        if (longest_lag(of_) == 0) check_rest(rest_of, 60);
+        if (longest_lag(of_) == 0) check_rest(rest_of, false);
     }
     // Seconds behind an event for which its file had no time left are in the next one, which begins
     // at once.
-    void check_rest(const std::string &rest_of, double pause_s) {
-        if (!rest_of.empty() && pause_s > 5 && !loses_rows() &&
+    void check_rest(const std::string &rest_of, bool goes_on) {
+        if (!rest_of.empty() && !goes_on && !loses_rows() &&
             !draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk}))
             violated(fmt::format("{} ends soon behind an event, and no file goes on", rest_of));
     }
