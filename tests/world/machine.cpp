@@ -1455,6 +1455,13 @@ void drop_nodes(json &root) {
             nodes.erase(i);
 }
 
+// The box numbers its states of nodes by their place in the file.
+void turn_nodes(json &root) {
+    if (!root.contains("can")) return;
+    json &nodes = root["can"]["nodes"];
+    std::rotate(nodes.begin(), nodes.begin() + 1, nodes.end());
+}
+
 // Other time constants, and other terms in a channel's sum.
 void rewire(json &root, dice &order, bool changes_lags) {
     for (json &signal : root["signals"])
@@ -1500,6 +1507,7 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             is_spare(root, root["terms"][i]))
             drop_term(root, i);
     if (drops.one_in(2)) drop_nodes(root);
+    if (dice(of.twin.seed + revision, "nodes").one_in(3)) turn_nodes(root);
     // Of a wider file the bounds grow, but stay within the registers.
     dice own(of.twin.seed + revision, "bounds");
     if (own.one_in(3)) {

@@ -2785,4 +2785,10 @@ DEFECTS_BY_OTHERS = [
      ("firmware/wire/rtu_dialog.c",
       "    if (again) return dialog->again_until_us - now_us >= all_us(dialog, dialog->doubtful);\n",
       "    if (again) return dialog->deadline_us - now_us >= all_us(dialog, dialog->doubtful);\n")),
+    ("other-record-forgets-torn-line",
+     "If the rest of a torn row could not be ended or cut off and the next attempt writes nothing, the record "
+     "forgets that there is one, and the next row is glued to the torn one",
+     (OUTPUT + "record.c",
+      "    record->is_torn |= done > 0;",
+      "    record->is_torn = done > 0;")),
 ]
