@@ -48,6 +48,7 @@ std::vector<fault_kind> rich_kinds(const machine &of) {
     add(fault_kind::sensors, !of.redundant.empty(), 2);
     add(fault_kind::sensors, of.twin.signals.size() > 2, 2);
     add(fault_kind::restart, !of.map.probes.empty(), 2);
+    add(fault_kind::reload, !of.map.probes.empty(), 2);
     return kinds;
 }
 
@@ -289,8 +290,7 @@ call_fate fault_injector::at_call(const call_site &site) {
             std::strcmp(site.path, "stderr") != 0)
             interrupt(site, fate);
     }
-    if ((of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0) ||
-        (of_.time.now() < cuts_fail_until_ && std::strcmp(site.name, "ftruncate") == 0))
+    if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
     if (fate.error != 0 && std::strcmp(site.path, "systemd") == 0)

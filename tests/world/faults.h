@@ -247,7 +247,7 @@ class fault_injector : public call_faults,
     time_ns refusing_until_ = 0;
     int silent_unit_ = 0;  // one without a reply
     time_ns silent_from_ = 0, silent_to_ = 0;
-    time_ns renames_fail_until_ = 0, cuts_fail_until_ = 0, resets_until_ = 0;
+    time_ns renames_fail_until_ = 0, resets_until_ = 0;
     int writes_ = 0;
     time_ns hides_block_until_ = 0;  // the PLC refuses to return the write block
     time_ns loses_until_ = 0;        // replies to writes get lost again and again …

@@ -250,9 +250,11 @@ void fault_injector::plan_disk() {
         switch (drawn.below(4)) {
             case 0:
                 files.capacity_bytes = files.used_bytes() + drawn.time_between(0, 3000);
-                later(lasts, [&files] { files.capacity_bytes = whole_disk_bytes; });
-                // What is torn then may also not be cut off.
-                if (own_.one_in(2)) cuts_fail_until_ = of_.time.now() + lasts;
+                files.refuses_cuts = own_.one_in(2);  // what is torn then stays for a while
+                later(lasts, [&files] {
+                    files.capacity_bytes = whole_disk_bytes;
+                    files.refuses_cuts = false;
+                });
                 note(fault_kind::disk, fmt::format("full for {} ms", lasts / ms));
                 break;
             case 1:
@@ -289,8 +291,8 @@ bool fault_injector::is_on_disk(const call_site &site) const {
 void fault_injector::heal_files() {
     file_tree &files = of_.box.files;
     files.capacity_bytes = whole_disk_bytes;
-    files.read_only = false;
-    files.hangs_until_ns = renames_fail_until_ = cuts_fail_until_ = 0;
+    files.read_only = files.refuses_cuts = false;
+    files.hangs_until_ns = renames_fail_until_ = 0;
     const auto state = files.find(run::state_path, false);
     if (state != nullptr && state->kind != node_kind::regular) files.remove(run::state_path);
     if (of_.revision > 1) of_.put_signed(of_.good_file_of(of_.next_revision()));

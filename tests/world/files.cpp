@@ -47,7 +47,8 @@ class regular_file : public open_file {
         return base + to;
     }
     int truncate(long size) override {
-        return tree_.truncate(*node_, static_cast<std::size_t>(size));
+        node_->is_uncut = tree_.refuses_cuts || tree_.read_only;
+        return tree_.refuses_cuts ? -EIO : tree_.truncate(*node_, static_cast<std::size_t>(size));
     }
     int sync() override {
         tree_.sync(*node_);

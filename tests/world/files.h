@@ -27,6 +27,7 @@ struct node {
     std::size_t unchanged = 0;  // the first bytes, on the disk since before
     std::string target;         // of a link
     unsigned owner = 1000, permissions = 0644;
+    bool is_uncut = false;                    // the disk refused the newest ftruncate
     time_ns modified_ns = 0, changed_ns = 0;  // of the wall clock
     time_ns replaced_ns = 0;  // age of the link whose place a rename gave it; 0: none
     // Opens a device.
@@ -63,6 +64,7 @@ class file_tree {
 
     std::int64_t used_bytes() const;
     std::int64_t capacity_bytes = 64 << 20;  // of all regular files: beyond it ENOSPC
+    bool refuses_cuts = false;               // of ftruncate
     time_ns hangs_until_ns = 0;              // calls about it wait until then
     bool read_only = false;                  // EROFS
 

@@ -42,10 +42,13 @@ class adapted_invariant : public invariant {
             const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !may_fade(snapshot);
             if (!is_active) settled_.reset();
             judge_settled(one, snapshot.at("terms"), is_active);
+            if (!is_active) moves_.reset();
+            judge_arrives(one, snapshot);
         }
     }
     void started() override {
         settled_.reset();
+        moves_.reset();
         resumed_ = newest_;
     }
     void exchanged(const exchange &seen) override {
@@ -127,6 +130,26 @@ class adapted_invariant : public invariant {
         settled_.reset();
         if (settled) settled_ = filter;
     }
+    // While it is ACTIVE the term moves to what its filter has at the ramp, and arrives there.
+    void judge_arrives(const json &one, const json &snapshot) {
+        const auto y = number_at(snapshot.at("terms"), one.at("name"), "value");
+        const auto m = number_at(snapshot.at("terms"), one.at("of"), "value");
+        const machine *of = of_.with_revision(snapshot.at("revision"));
+        if (!y || !m || of == nullptr) return moves_.reset();
+        const bias_and_gain filter = std::pair{one.value("bias_um", 0.0), one.value("gain", 0.0)};
+        const double far_um = std::fabs(*y - *m - filter->first - filter->second * *m);
+        const std::uint64_t rows = snapshot.at("jitter_us").at("count");
+        if (!moves_ || moves_->filter != filter || moves_->revision != of->revision)
+            moves_ = way{filter, of->revision, rows, far_um, 0};
+        moves_->model_um = std::max(moves_->model_um, std::fabs(*m));
+        const double most_um = 2 * (moves_->um + moves_->model_um) + of->ramp_um_per_s,
+                     ran_s = static_cast<double>(rows - moves_->rows) *
+                             static_cast<double>(of->period_us) * 1e-6;
+        if (ran_s * of->ramp_um_per_s < most_um || far_um < 1e-3 + 1e-3 * moves_->model_um) return;
+        violated(
+            fmt::format("the adapted term is {} um from what its filter has, {} s behind {} um",
+                        far_um, ran_s, moves_->um));
+    }
     void judge(const json &term, const json &terms) {
         const auto y = number_at(terms, term.at("name"), "value");
         const auto m = number_at(terms, term.at("of"), "value");
@@ -148,6 +171,13 @@ class adapted_invariant : public invariant {
     bias_and_gain settled_;    // if the term has arrived there
     bias_and_gain newest_;     // by a snapshot
     bias_and_gain resumed_;    // that of the run before, until this one is ACTIVE
+    struct way {
+        bias_and_gain filter;
+        unsigned revision;
+        std::uint64_t rows;   // of the first snapshot with this filter
+        double um, model_um;  // the term from there then; the most of its model since
+    };
+    std::optional<way> moves_;  // one term at most adapts
 };
 
 // The settings of a term, by the names of their keys.
@@ -386,9 +416,13 @@ class probes_invariant : public invariant {
             violated(fmt::format("a probe is judged {} s after the last one", since_s_));
         if (std::isnan(m)) knows_ = pends_known_ = false;
         if (newest_.um && !std::isnan(m)) judge_innovation(e);
+        const double narrow = p_.bb;
         if (knows_) judge_variance(root_s * root_s);
         judge_gate(now, e, root_s, m, taken);
-        if (!taken) return;
+        if (!taken) {
+            p_.bb = narrow;  // the place of the last one that was taken counts on
+            return;
+        }
         since_s_ = 0;
         since_known_ = true;
     }

@@ -81,8 +81,7 @@ class counters_invariant : public invariant {
     }
     // With other nodes of CAN their counters begin anew; statistics of before may still come.
     void taken(const machine &was, const machine &is) override {
-        if (was.file().value("can", json()) != is.file().value("can", json()))
-            nodes_ns_ = of_.time.now() + 6 * second;
+        if (was.file().value("can", json()) != is.file().value("can", json())) nodes_ns_ = never;
     }
     void exchanged(const exchange &seen) override {
         if (calm_) take_reading(seen);
@@ -109,6 +108,8 @@ class counters_invariant : public invariant {
                 if (value.is_number_unsigned() && counter.find("_us") == std::string::npos)
                     keep(part, counter, value);
         if (!all.contains("can")) return;
+        if (nodes_ns_ == never && all.at("revision") == of_.running().revision)
+            nodes_ns_ = of_.time.now() + 6 * second;
         for (const json &node : all.at("can").at("nodes")) {
             const std::string of_node = fmt::format("node {}", node.at("node").get<int>());
             for (const char *counter : {"boots", "losses", "starts"}) {
@@ -225,7 +226,8 @@ class counters_invariant : public invariant {
     }
 
     std::map<std::string, std::uint64_t> newest_;  // counters of this daemon
-    time_ns nodes_ns_ = -never / 2;                // until then counters of nodes may begin anew
+    // Until then counters of nodes may begin anew; never: no statistics of the new file have come.
+    time_ns nodes_ns_ = -never / 2;
     bool judged_, calm_;
     bool alone_;           // no other client writes, and the PLC returns what was written, whole
     time_ns sent_ns_ = 0;  // the newest write

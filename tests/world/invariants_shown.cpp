@@ -199,7 +199,7 @@ class shown_invariant : public invariant {
         if (!follows || std::fabs(demand_um) > 1e-6 || was == stands_.end() ||
             was->second.value != um)
             stands_[channel.name] = {of_.time.now(), um};
-        else if (std::fabs(um - demand_um) > 0.6 * channel.unit_um &&
+        else if (std::fabs(um) > 0.6 * channel.unit_um + 1e-6 &&
                  of_.time.now() - was->second.at > 2 * second)
             violated(fmt::format("{} stands at {} um, and its terms ask for {}", channel.name, um,
                                  demand_um));

@@ -1019,7 +1019,7 @@ struct draft {
         for (json &signal : root["signals"]) {
             if (!signal.contains("plc") || signal["type"] != "int16" || !own.one_in(3)) continue;
             signal["scale"] = -signal["scale"].get<double>();
-            signal["zero"] = rounded(own.between(-50, 50));
+            signal["zero"] = std::round(100 * own.between(-50, 50)) / 100;
         }
     }
 
@@ -1144,7 +1144,8 @@ struct draft {
         const double threshold = rounded(own.between(6, 12)),
                      after_s = 0.5 * static_cast<double>(2 + own.below(5));
         dice low(made.twin.seed, "least of sensors");
-        const double least = low.one_in(2) ? -10 : rounded(low.between(2, 8));
+        // What a PLC has before its first measurement must not round to less.
+        const double least = low.one_in(2) ? -10 : rounded(std::round(low.between(2, 8)) - 0.004);
         json names, centers, precision;
         std::vector<double> weights;  // 1 / variance
         double sum = 1 / (common * common);
@@ -1538,8 +1539,8 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
     dice learnt(of.twin.seed + revision, "adapt");
     for (json &term : root["terms"])
         for (const char *bound : {"bias_max_um", "gain_max"})
-            if (term["type"] == "adapt" && learnt.one_in(3))
-                term[bound] = rounded(learnt.between(0.05, 1) * term[bound].get<double>());
+            if (term["type"] == "adapt" && learnt.one_in(2))
+                term[bound] = rounded(learnt.log_between(0.02, 1) * term[bound].get<double>());
     // Without the key a step has as many units as FANUC takes.
     if (dice(of.twin.seed + revision, "step").one_in(4)) root["plc"].erase("max_step_units");
     // Another control: no step is the largest. Its profile has no handshake.

@@ -2791,4 +2791,45 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "record.c",
       "    record->is_torn |= done > 0;",
       "    record->is_torn = done > 0;")),
+    ("other-reload-keeps-old-adapt-target",
+     "After a reload with narrower bounds an adapted term keeps moving to (or stays at) the bias and gain of "
+     "the old bounds until the next probe is taken",
+     (BOX + "adopt.c",
+      "    fresh->terms[index].adapted = old->terms[was].adapted;\n"
+      "    fresh->terms[index].adapted.to_bias_um = probe->filter.bias_um;\n"
+      "    fresh->terms[index].adapted.to_gain = probe->filter.gain;\n",
+      "    fresh->terms[index].adapted = old->terms[was].adapted;\n")),
+    ("other-foreign-count-kept-by-bounded-value",
+     "An applied value that is not the box's but is within error_um no longer ends a series of far-off "
+     "readings, so two far-off readings that are not successive are a FOREIGN fault, and the fault cannot be "
+     "reset while the PLC applies such a value",
+     (BOX + "applied.c",
+      "    if (bounded || inside)\n"
+      "        state->beyond = 0;\n"
+      "    else if (state->beyond < CB_BEYOND_READINGS)\n"
+      "        ++state->beyond;\n",
+      "    if (inside)\n"
+      "        state->beyond = 0;\n"
+      "    else if (!bounded && state->beyond < CB_BEYOND_READINGS)\n"
+      "        ++state->beyond;\n")),
+    ("other-bank-lags-follow-doubted-reading",
+     "The lags of a bank move towards what a doubted sensor reads instead of towards what the other sensors "
+     "predict for it",
+     (SIGNALS + "bank.c",
+      "        const float to = held(config, bank, i, cb_signal_remembered(signal));\n",
+      "        const float to = held(config, bank, i, signal->value);\n")),
+    ("other-slope-stays-without-position",
+     "While the position of a tangent is missing, the channel keeps its last slope instead of letting it go to "
+     "zero",
+     (BOX + "tangent.c",
+      "        slope->wanted_um = 0.0f;\n"
+      "        if (!signals[signal].fresh) continue;\n",
+      "        if (!signals[signal].fresh) continue;\n")),
+    ("other-unopenable-measured-file-told-for-ever",
+     "A file of --measured that cannot be opened is looked at, and complained about, twice a second for ever "
+     "instead of once",
+     (LINUX + "hand.c",
+      "        hand->known = file;\n"
+      "        if (read_text(hand, text, &why) >= 0)",
+      "        if (read_text(hand, text, &why) >= 0)")),
 ]

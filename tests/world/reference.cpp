@@ -394,6 +394,7 @@ void reference_box::take(const machine &of) {
         one = *was;
         one.source = made.source;
         one.reported = made.reported;
+        one.watched = made.watched;
     }
     for (lag &one : fresh.lags_) {
         const lag made = one;
@@ -413,7 +414,7 @@ void reference_box::take(const machine &of) {
     std::swap(outputs_, fresh.outputs_);
     std::swap(trained_, fresh.trained_);
     std::swap(sums_, fresh.sums_);
-    if (watch_) watch_->begin();
+    watch_ = fresh.watch_;  // a file may come with sensors that check each other, or without
 }
 
 // out: the lag whose state that of another file takes over: of several banks, that of the nearest

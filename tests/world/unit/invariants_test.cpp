@@ -346,6 +346,21 @@ const edge edges[] = {
     // The log asks for a restart with the good file: another address of the PLC goes on.
     {"service", 300996, 6000, "tear,exception,restart,hostile,state,wire,mute",
      to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
+    // Sensors that check each other come with a later file.
+    {"reference", 2091, 2500, "reload,sensors", nullptr},
+    // A probe that is not taken leaves the place of the one before.
+    {"probes", 1756, 2500, "enable,can", nullptr},
+    // A deadband holds a demand of less than a nanometre at zero.
+    {"snapshot", 1808, 2500, "kill,sensors", nullptr},
+    // Statistics of another order of nodes come late.
+    {"counters", 4699, 2500,
+     "preempt,loss,twice,exception,refuse,partial,reload,suspend,foreign,sensors,plc_stop,can,"
+     "boundary,reader",
+     nullptr},
+    // A full disk refuses to cut off a torn row until the daemon ends.
+    {"record", 4335, 2500, "all", nullptr},
+    // What an adapted term has learnt is beyond the bounds of the next file.
+    {"adapted", 404, 2500, "reload", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
