@@ -646,10 +646,12 @@ class log_invariant : public invariant {
     void started() override {
         since_ns_ = of_.box.boottime();  // a suspend of all the world allows more lines
         lines_.clear();
-        again_ = 0;
+        again_ = refusals_ = 0;
+        files_ = of_.measurer ? of_.measurer->files() : 0;
     }
     void logged(const std::string &line) override {
         judge_repetition(line);
+        judge_refusals(line);
         const std::string beginning = beginning_of(line);
         const unsigned lines = ++lines_[beginning];
         if (line.rfind("compboxd: ", 0) != 0 &&
@@ -682,10 +684,19 @@ class log_invariant : public invariant {
         if (again_ > 5)
             violated(fmt::format("{} lines in a row about one signal: {}", again_ + 1, line));
     }
+    // A file of measurements that is not accepted has one line, and so has the one of before.
+    void judge_refusals(const std::string &line) {
+        if (line.find("so no measurement is taken") == std::string::npos) return;
+        const unsigned files = of_.measurer->files() - files_ + 1;
+        if (++refusals_ > files)
+            violated(fmt::format("{} files of measurements are refused, there were {}: {}",
+                                 refusals_, files, line));
+    }
     time_ns since_ns_ = 0;
+    unsigned files_ = 0, refusals_ = 0;  // at the start; since then
     std::map<std::string, unsigned> lines_;
     std::string told_;  // mode, reason, signal and words of the newest line about a missing one …
-    int again_ = 0;     // … and the lines in a row that have them too
+    unsigned again_ = 0;  // … and the lines in a row that have them too
 };
 
 // A symbolic link in the place of an output is never followed, and stays. One that comes while the

@@ -10,7 +10,7 @@
 namespace compbox::world {
 
 person::person(scheduler &time, computer &box, std::uint64_t seed)
-    : time_(time), box_(box), chance_(seed, "person") {
+    : time_(time), box_(box), chance_(seed, "person"), links_(seed, "links of a person") {
     time_.at(3 * second, [this] { measure(); });
 }
 
@@ -34,6 +34,7 @@ std::string person::line(double um, std::int64_t unix_s) const {
 }
 
 void person::put(const std::string &text) {
+    ++files_;
     box_.files.replace(path, text);
 }
 
@@ -73,9 +74,12 @@ void person::measure() {
         case 0:
         case 1:
             return put(mistake(now_s));
-        case 2:  // the file belongs to another user, or other users may write it
+        case 2:  // the file is a link, belongs to another user, or other users may write it
             put(line(5, now_s));
-            if (chance_.one_in(2))
+            if (links_.one_in(3)) {
+                box_.files.remove(path);
+                box_.files.make_link(path, "/run/compboxd/elsewhere");
+            } else if (chance_.one_in(2))
                 box_.files.find(path)->owner = 1001;
             else
                 box_.files.find(path)->permissions = chance_.one_in(2) ? 0664 : 0646;

@@ -22,6 +22,8 @@ class person {
     // Another daemon takes nothing that was measured before.
     void daemon_starts();
 
+    unsigned files() const { return files_; }  // that came to the path
+
     static constexpr const char *path = "/run/compboxd/measured";
 
   private:
@@ -34,11 +36,12 @@ class person {
 
     scheduler &time_;
     computer &box_;
-    dice chance_;
+    dice chance_, links_;
     double um_ = 0;           // of the newest measurement
     unsigned count_ = 0;      // since the daemon's start
     time_ns started_ns_ = 0;  // when the daemon started
     unsigned number_ = 0;     // of the newest line
+    unsigned files_ = 0;
     std::string before_;      // number and time of that one, if the box took it
     std::uint64_t told_ = 0;  // an older plan to tell again is void
 };
