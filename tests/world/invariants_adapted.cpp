@@ -43,7 +43,7 @@ class adapted_invariant : public invariant {
             if (!is_active) settled_.reset();
             judge_settled(one, snapshot.at("terms"), is_active);
             if (!is_active) moves_.reset();
-            judge_arrives(one, snapshot);
+            if (!draws(of_, fault_kind::sensors)) judge_arrives(one, snapshot);
         }
     }
     void started() override {

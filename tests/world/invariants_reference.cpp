@@ -167,6 +167,7 @@ class reference_invariant : public invariant {
             const std::string &axis = facts.channels[c].tangent_signal;
             if (axis.empty()) continue;
             const judged_number place = box_->judged_place(axis);
+            if (box_->lacks(axis, read_ns_)) judge_lost_slope(facts.channels[c], c, block.slope[c]);
             if (std::isnan(place.value)) continue;
             const double reference_unit = 1e-3;
             if (std::fabs(block.reference_mm[c] - place.value) > place.near + reference_unit)
@@ -176,6 +177,12 @@ class reference_invariant : public invariant {
             judge_slope(facts.channels[c], box_->judged_um(c), box_->judged_slope(c, axis),
                         before_.slope[c], block.slope[c]);
         }
+    }
+    // Without the position it goes to zero.
+    void judge_lost_slope(const channel_facts &channel, std::size_t c, double slope) {
+        if (!comes_near(channel, 0, 2 * channel.slope_unit, before_.slope[c], slope))
+            violated(fmt::format("the slope of {} is {} after {}, and its position is too old",
+                                 channel.name, slope, before_.slope[c]));
     }
     void judge_slope(const channel_facts &channel, const judged_number &want,
                      const judged_number &slope, double was, double is) {

@@ -507,6 +507,15 @@ struct draft {
         root["plc"]["max_step_units"] = std::llround(made.step_units);
     }
 
+    // Likewise: an axis without a position takes its terms and slopes away, and the others go on.
+    void draw_spare_axes() {
+        dice own(made.twin.seed, "spare axes");
+        if (!own.one_in(4)) return;
+        for (json &signal : root["signals"])
+            if (signal.contains("plc") && signal["unit"] == "mm" && own.one_in(2))
+                signal["essential"] = false;
+    }
+
     // Likewise: temperatures of most machines hardly move within a run. Some show what lags and
     // models make of those that do.
     void draw_wandering() {
@@ -1246,6 +1255,7 @@ machine random_machine(dice &chance, unsigned revision) {
     file.draw_control();
     file.draw_slow_channels();
     file.draw_largest_step();
+    file.draw_spare_axes();
     file.draw_wandering();
     file.draw_cold();
     file.draw_probe();

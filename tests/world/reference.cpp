@@ -726,17 +726,19 @@ bool reference_box::lack_input(const std::vector<std::string> &outputs, time_ns 
     return lack_input(functions_of(outputs), now);
 }
 
+bool reference_box::is_gone(const signal &one, time_ns now) const {
+    return one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_;
+}
+
 bool reference_box::lack_input(const std::vector<function> &outputs, time_ns now) const {
-    const auto is_gone = [this, now](const signal &one) {
-        return one.known && one.doubt == 0 && now - one.at_ns > one.max_age_ns + 3 * period_ns_;
-    };
-    if (std::none_of(signals_.begin(), signals_.end(), is_gone)) return false;  // as in most steps
+    const auto is_old = [this, now](const signal &one) { return is_gone(one, now); };
+    if (std::none_of(signals_.begin(), signals_.end(), is_old)) return false;  // as in most steps
     values all = used_;
     for (std::size_t i = 0; i < signals_.size(); ++i)
         if (std::isnan(all[i])) all[i] = signals_[i].value;
     values gone = all;
     for (std::size_t i = 0; i < signals_.size(); ++i)
-        if (is_gone(signals_[i])) gone[i] = unknown;
+        if (is_old(signals_[i])) gone[i] = unknown;
     return std::any_of(outputs.begin(), outputs.end(), [&all, &gone](const function &output) {
         return !std::isnan(output(all)) && std::isnan(output(gone));
     });

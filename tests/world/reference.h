@@ -102,6 +102,10 @@ class reference_box {
     double wanted_um(std::size_t channel) const { return -sum_of(channel, used_); }
     // The same, and how far the box's may be from it.
     judged_number judged_um(std::size_t channel) const;
+    // out: whether a signal is too old for sure
+    bool lacks(const std::string &name, time_ns now) const {
+        return is_gone(signals_[place_of(name)], now);
+    }
     // out: whether a term of the channel has an input that is too old for sure
     bool lacks_input(std::size_t channel, time_ns now) const;
     // The same of these outputs of terms.
@@ -188,6 +192,7 @@ class reference_box {
     template <typename State>
     void adopt(reference_box &fresh, State &one, const State &was) const;
     void watch_sensors(time_ns now);
+    bool is_gone(const signal &one, time_ns now) const;
     judged_number input_of(const signal &of) const;
     void follow();
     judged_number velocity_of(const signal &of, time_ns now) const;
