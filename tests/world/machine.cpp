@@ -510,9 +510,13 @@ struct draft {
     // Likewise: an axis without a position takes its terms and slopes away, and the others go on.
     void draw_spare_axes() {
         dice own(made.twin.seed, "spare axes");
-        if (!own.one_in(4)) return;
+        if (!own.one_in(3)) return;
+        std::set<std::string> followed;
+        for (const json &channel : root["channels"])
+            if (channel.contains("tangent")) followed.insert(channel["tangent"]["signal"]);
         for (json &signal : root["signals"])
-            if (signal.contains("plc") && signal["unit"] == "mm" && own.one_in(2))
+            if (signal.contains("plc") && signal["unit"] == "mm" &&
+                (followed.count(signal["name"]) > 0 || own.one_in(2)))
                 signal["essential"] = false;
     }
 
