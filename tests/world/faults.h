@@ -164,6 +164,7 @@ class fault_injector : public call_faults,
     void show_applied(const fakeplc::taken_channel &channel,
                       const std::vector<std::uint16_t> &words, time_ns lasts);
     void flicker(int at, const std::vector<std::uint16_t> &words, time_ns until);
+    void alternate(int at, std::array<std::vector<std::uint16_t>, 2> words, time_ns until);
     void meddle_before_start();
     void hide_block();
     void plan_slowness();

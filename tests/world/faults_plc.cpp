@@ -411,8 +411,27 @@ void fault_injector::show_applied(const fakeplc::taken_channel &channel,
         flicker(at, words, of_.time.now() + lasts + 5 * second);
         return;
     }
+    if (own.one_in(3)) {
+        const auto c = &channel - of_.box_machine.map.channels.data();
+        const double bound_um = of_.box_machine.channels[static_cast<std::size_t>(c)].error_um;
+        const auto bounded =
+            channel.format.encode(own.between(-0.9, 0.9) * bound_um / channel.scale_um);
+        alternate(at, {words, bounded}, of_.time.now() + lasts);
+        return;
+    }
     of_.plc.show(at, words);
     later(lasts, [this, at] { of_.plc.show(at, {}); });
+}
+
+// For about a reading each.
+void fault_injector::alternate(int at, std::array<std::vector<std::uint16_t>, 2> words,
+                               time_ns until) {
+    const bool goes_on = active_ && of_.time.now() < until;
+    of_.plc.show(at, goes_on ? words[0] : std::vector<std::uint16_t>{});
+    if (!goes_on) return;
+    std::swap(words[0], words[1]);
+    later(of_.box_machine.period_us * us,
+          [this, at, words, until] { alternate(at, words, until); });
 }
 
 // Three quarters of the time the PLC shows these words.

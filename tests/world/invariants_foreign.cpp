@@ -48,6 +48,7 @@ class applied_invariant : public invariant {
     struct channel_state {
         std::uint64_t beyond = 0;  // readings in a row …
         time_ns beyond_ns = 0;     // … since then
+        unsigned may_be = 0;       // readings in a row that may be
         double outside_s = 0;      // less a quarter of the time inside
     };
     struct sent_block {
@@ -73,6 +74,7 @@ class applied_invariant : public invariant {
         if (sent_.empty() || 2 * (seen.sent - sent_.back().ns) > 5 * facts.period_us * us)
             placed_ns_ = seen.sent;
         if (seen.sent - placed_ns_ <= of_late) forget_outside();
+        if (hears_all_) judge_fault(facts, block, seen.sent);
         sent_.push_back({seen.sent, block});
         // The newest one from before is what the PLC held when that time began.
         while (sent_.size() > 1 && sent_[1].ns < seen.sent - of_late) sent_.pop_front();
@@ -103,6 +105,17 @@ class applied_invariant : public invariant {
         }
     }
 
+    // One reading alone makes no fault.
+    void judge_fault(const machine &facts, const written_block &block, time_ns sent) {
+        const bool begins = block.mode == fakeplc::box_mode::fault &&
+                            block.reason == box_reason::foreign && !sent_.empty() &&
+                            sent_.back().block.mode != fakeplc::box_mode::fault;
+        if (begins && sent - two_ns_ > 4 * facts.period_us * us)
+            violated(
+                fmt::format("FAULT by a value of others, and two readings in a row with one "
+                            "were {} ms ago",
+                            (sent - two_ns_) / ms));
+    }
     void take(const machine &facts, const exchange &seen) {
         // A box that was silent may have been in HOLD.
         const time_ns recent = 5 * facts.period_us * us / 2;
@@ -154,12 +167,16 @@ class applied_invariant : public invariant {
         const double most = 1.01 * std::max({channel.error_um, -low, high}) + near;
         state.beyond = std::fabs(um) <= most || inside ? 0 : state.beyond + 1;
         if (state.beyond <= 1) state.beyond_ns = read_ns_;
+        const double least = 0.99 * std::max({channel.error_um, -new_low, new_high}) - near;
+        state.may_be = std::fabs(um) < least ? 0 : state.may_be + 1;
+        if (state.may_be >= 2) two_ns_ = read_ns_;
         // With a handshake the window is longer than here.
         const bool outside = !inside && elapsed_s > 0 && facts.profile.name != "fanuc";
         const double change_s = outside ? elapsed_s : -std::fabs(elapsed_s) / 4;
         state.outside_s = std::clamp(state.outside_s + change_s, 0.0, most_s);
     }
 
+    time_ns two_ns_ = -never / 2;  // the newest two readings in a row that may be beyond
     time_ns lag_ns_;
     bool judged_, hears_all_;
     std::vector<channel_state> channels_;
