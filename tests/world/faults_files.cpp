@@ -104,7 +104,8 @@ void fault_injector::put_unsigned_file() {
 // Connection, blocks and ticks are those of the daemon's start.
 void fault_injector::put_file_for_a_restart() {
     dice own(of_.options.seed + of_.revision, "for a restart");
-    if (starts() || !own.one_in(4)) return;
+    // A daemon that could not start yet may well begin with it.
+    if (starts() || of_.cycles_of_daemon == 0 || !own.one_in(4)) return;
     const std::string text =
         for_another_plc(another_file(of_.box_machine, own, of_.next_revision()), own);
     note(fault_kind::reload, fmt::format("revision {} needs a restart", of_.revision));
