@@ -3,6 +3,8 @@
 
 #include <fmt/ranges.h>
 
+#include <nlohmann/json.hpp>
+
 extern "C" {
 #include "firmware/config/config.h"
 }

@@ -12,6 +12,8 @@ namespace compbox::exports {
 
 namespace {
 
+using kind = fakeplc::number_format::kind;
+
 // in : the most that the box may write. out: a tenth above it, so that the program never cuts it,
 //      rounded up to two digits
 double size_above(double least_um) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/plc/items.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace compbox::plc {

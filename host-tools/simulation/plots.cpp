@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "host-tools/simulation/plots.h"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <limits>
 

@@ -25,8 +25,8 @@ extern "C" {
 #include "hal/stm32f405/usart.h"
 #undef _Noreturn
 
-struct cb_mcu_model cb_mcu_model;
-uint8_t cb_model_slots[2][CB_FLASH_SLOT_BYTES];
+__attribute__((weak)) struct cb_mcu_model cb_mcu_model;
+__attribute__((weak)) uint8_t cb_model_slots[2][CB_FLASH_SLOT_BYTES];
 }
 
 namespace stm32f405 {
@@ -379,35 +379,36 @@ inline machine *the_machine = nullptr;
 
 }  // namespace stm32f405
 
+// Each file that includes it has them, and the linker takes one.
 extern "C" {
-uint32_t cb_read(const cb_cell *at) {
+__attribute__((weak)) uint32_t cb_read(const cb_cell *at) {
     return stm32f405::the_machine->read(at);
 }
-void cb_write(cb_cell *at, uint32_t word) {
+__attribute__((weak)) void cb_write(cb_cell *at, uint32_t word) {
     stm32f405::the_machine->write(at, word);
 }
-void cb_barrier(void) {
+__attribute__((weak)) void cb_barrier(void) {
     stm32f405::the_machine->step();
 }
-void cb_interrupts_off(void) {
+__attribute__((weak)) void cb_interrupts_off(void) {
     stm32f405::the_machine->step();
     stm32f405::the_machine->masked = true;
 }
-void cb_interrupts_on(void) {
+__attribute__((weak)) void cb_interrupts_on(void) {
     stm32f405::the_machine->step();
     stm32f405::the_machine->masked = false;
     stm32f405::the_machine->take_interrupts();
 }
-void cb_wait_for_interrupt(void) {
+__attribute__((weak)) void cb_wait_for_interrupt(void) {
     stm32f405::the_machine->wait_for_interrupt();
 }
-bool cb_guard_intact(void) {
+__attribute__((weak)) bool cb_guard_intact(void) {
     return true;
 }
-uint32_t cb_guard_stack_bytes(void) {
+__attribute__((weak)) uint32_t cb_guard_stack_bytes(void) {
     return 4096;
 }
-uint32_t cb_guard_stack_used(void) {
+__attribute__((weak)) uint32_t cb_guard_stack_used(void) {
     return 1000;
 }
 }

@@ -8,10 +8,10 @@
 #include <vector>
 
 extern "C" {
-#include "tests/support/cases.h"
 #include "tests/support/ppoly_search.h"
 }
 
+#include "tests/support/cases.h"
 #include "tests/support/not_finite.h"
 
 namespace {

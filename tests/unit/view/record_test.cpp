@@ -8,6 +8,7 @@
 
 #include <fstream>
 
+#include "host-tools/box_files/snapshot.h"
 #include "tests/support/temporary.h"
 
 using namespace compbox;

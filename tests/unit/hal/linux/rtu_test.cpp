@@ -548,10 +548,10 @@ TEST_F(rtu, something_else_than_a_serial_device_is_refused) {
     cb_serial_config config{};
     std::string("/dev/null").copy(config.device, sizeof config.device - 1);
     config.line = {115200, CB_PARITY_EVEN, 1};
-    cb_rtu rtu;
-    cb_rtu_start_bus(&rtu, &config, nullptr);
-    EXPECT_LT(rtu.serial.fd, 0);
-    EXPECT_EQ(rtu.serial.error_number, ENOTTY);
+    cb_rtu bus;
+    cb_rtu_start_bus(&bus, &config, nullptr);
+    EXPECT_LT(bus.serial.fd, 0);
+    EXPECT_EQ(bus.serial.error_number, ENOTTY);
 }
 
 // A thread that opens the device, and a driver that takes until the test lets it.

@@ -614,10 +614,10 @@ TEST_F(tcp, without_time_nothing_is_sent) {
 }
 
 TEST_F(tcp, a_name_is_refused_because_a_resolver_would_block) {
-    cb_tcp tcp;
-    EXPECT_FALSE(cb_tcp_start(&tcp, "localhost", 502, 1));
-    EXPECT_FALSE(cb_tcp_start(&tcp, "plc.example", 502, 1));
-    EXPECT_FALSE(cb_tcp_start(&tcp, "", 502, 1));
+    cb_tcp client;
+    EXPECT_FALSE(cb_tcp_start(&client, "localhost", 502, 1));
+    EXPECT_FALSE(cb_tcp_start(&client, "plc.example", 502, 1));
+    EXPECT_FALSE(cb_tcp_start(&client, "", 502, 1));
 }
 
 TEST_F(tcp, an_address_may_be_ipv6) {

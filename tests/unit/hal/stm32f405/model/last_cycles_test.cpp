@@ -4,9 +4,11 @@
 #include <memory>
 #include <vector>
 
+#define _Noreturn __attribute__((noreturn))
 extern "C" {
 #include "hal/stm32f405/app/last_cycles.h"
 }
+#undef _Noreturn
 
 namespace {
 
