@@ -119,7 +119,8 @@ class service_status_invariant : public invariant {
         const time_ns stands_ns = seen.sent - std::max(since_ns_, of_.box.unheard_ns);
         if (is_a_service(of_) && stands_ns > settled && told_.is_old(seen.sent)) judge();
         const bool reads = !line_.words.empty() && !draws(of_, fault_kind::reader);
-        if (reads && stands_ns > settled && line_.is_old(seen.sent)) judge_line();
+        // One that was left out comes when the mode is quiet again.
+        if (reads && stands_ns > settled && seen.sent - line_.at > settled) judge_line();
     }
     void supervised(const std::string &words) override {
         if (words.rfind("STATUS=", 0) == 0) told_ = {words.substr(7), of_.time.now()};

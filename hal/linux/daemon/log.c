@@ -159,8 +159,11 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
     const struct cb_cause *cause = &row->cause.cause;
     const bool same = row->mode == log->mode && row->reason == log->reason;
     const bool moved = row->reason == CB_REASON_SIGNAL && other_signal(cause, &log->cause);
+    struct cb_log_limit *limit = refilled(log, CB_LOG_MODE, row->time_us);
+    const bool told = !log->mode_is_untold || limit->lines_left < QUIET_LINES;
     char text[CB_CAUSE_TEXT];
-    if (log->begun && same && !moved) return;
+    if (log->begun && same && !moved && told) return;
+    log->mode_is_untold = limit->lines_left < 1;
     cb_cause_text(&row->cause, text);
     cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s%s%s", cb_mode_name(row->mode),
                    cb_reason_text(row->reason), text[0] == '\0' ? "" : ": ", text);

@@ -53,6 +53,7 @@ struct cb_log {
     const struct cb_row *row; /* during cb_log_row() */
     bool begun;               /* a row was processed: the fields below are valid */
     uint8_t mode, reason;
+    bool mode_is_untold; /* its line was left out; it is written when the kind is quiet again */
     struct cb_cause cause;
     uint32_t registers_foreign; /* count at the last line */
     struct cb_row_link link;

@@ -78,6 +78,22 @@ TEST_F(log_lines, rows_that_are_older_than_the_last_look_take_no_allowance_back)
     EXPECT_EQ(count(log_text(), "FAULT: "), 1u);
 }
 
+// The line of a mode that lasts is left out: it comes when the mode is quiet, once.
+TEST_F(log_lines, a_mode_that_was_left_out_is_told_when_it_lasts) {
+    start();
+    for (int i = 0; i < 42; ++i) {
+        row->mode = i % 2 ? CB_MODE_ACTIVE : CB_MODE_HOLD;
+        step(i * 1000);
+    }
+    EXPECT_EQ(count(log_text(), "compboxd: "), 20u);
+    step(1 * s);
+    EXPECT_EQ(log_text(), "");
+    step(3 * s);
+    EXPECT_EQ(count(log_text(), "ACTIVE: "), 1u);
+    step(9 * s);
+    EXPECT_EQ(log_text(), "");
+}
+
 // A node that flickers for ten seconds; in the middle the box changes its mode.
 TEST_F(log_lines, a_bus_that_flickers_hides_no_change_of_mode) {
     start();
