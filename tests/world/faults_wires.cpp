@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Faults of serial lines and of the CAN bus.
+#include <fmt/core.h>
 #include <linux/can/error.h>
 
 #include "tests/world/faults.h"

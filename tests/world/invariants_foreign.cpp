@@ -252,6 +252,8 @@ class refused_invariant : public invariant {
         // One of the lines that the log's limit left out may be FAULT.
         for (const char *mode : {"FAULT: ", "STOPPED: ", "about the mode left out"})
             ends_ = ends_ || line.find(mode) != std::string::npos;
+        if (line.find("about the mode left out") != std::string::npos)
+            left_out_ns_ = of_.time.now();
         const time_ns since_ns = of_.time.now() - taken_ns_;
         const bool refuses = line.find("FAULT: the PLC refuses the writes") != std::string::npos;
         if (refuses && since_ns < least_refused && hears_all() && !draws(of_, fault_kind::mute))
@@ -260,7 +262,9 @@ class refused_invariant : public invariant {
         // The line may come behind the first write that is accepted again.
         const bool just_ended = of_.time.now() - ended_ns_ < second / 5;
         const time_ns refused_ns = just_ended ? before_ns_ : refused_ns_;
-        if (refuses && refused_ns < least_refused && longest_lag(of_) == 0 &&
+        // So may one that was left out, seconds later.
+        const bool is_late = of_.time.now() - left_out_ns_ < second / 5;
+        if (refuses && !is_late && refused_ns < least_refused && longest_lag(of_) == 0 &&
             !draws_any(of_,
                        {fault_kind::wire, fault_kind::line, fault_kind::foreign, fault_kind::loss,
                         fault_kind::stray, fault_kind::memory, fault_kind::mute}))
@@ -296,9 +300,10 @@ class refused_invariant : public invariant {
     static constexpr time_ns least_refused = 2500 * ms;  // the box: 3 s
     int times_ = 0;
     time_ns taken_ns_ = -never / 2;  // the newest write that is no FAULT
-    time_ns answered_ns_ = 0;        // the newest answer
-    bool is_refused_ = false;        // a write, and none was accepted since …
-    time_ns refused_ns_ = 0;         // … the time since then in which the PLC answered
+    time_ns left_out_ns_ = -never / 2;
+    time_ns answered_ns_ = 0;  // the newest answer
+    bool is_refused_ = false;  // a write, and none was accepted since …
+    time_ns refused_ns_ = 0;   // … the time since then in which the PLC answered
     time_ns before_ns_ = 0, ended_ns_ = -never / 2;  // the one before, which ended then
     bool ends_ = false;                              // the last mode in the log is FAULT or STOPPED
 };
