@@ -161,10 +161,12 @@ class fault_injector : public call_faults,
     void lie_about_another(std::size_t c, time_ns lasts, dice &drawn);
     void write_again_and_again(dice &drawn);
     void write_each(time_ns pause, time_ns until, int at, const std::vector<std::uint16_t> &words);
-    void show_applied(const fakeplc::taken_channel &channel,
-                      const std::vector<std::uint16_t> &words, time_ns lasts);
-    void flicker(int at, const std::vector<std::uint16_t> &words, time_ns until);
-    void alternate(int at, std::array<std::vector<std::uint16_t>, 2> words, time_ns until);
+    void show_applied(std::size_t c, const std::vector<std::uint16_t> &words, time_ns lasts);
+    struct shown_words {
+        std::vector<std::uint16_t> words;  // empty: what is true
+        time_ns lasts;
+    };
+    void show_in_turn(int at, std::array<shown_words, 2> turns, time_ns until);
     void meddle_before_start();
     void hide_block();
     void plan_slowness();

@@ -386,7 +386,7 @@ void fault_injector::lie_about_applied(dice &drawn) {
     const auto lasts = static_cast<time_ns>(drawn.log_between(20e6, 20e9));
     note(fault_kind::foreign,
          fmt::format("the PLC applies {} µm to {} for {} ms", value_um, channel.name, lasts / ms));
-    show_applied(channel, words, lasts);
+    show_applied(c, words, lasts);
     dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "second lie");
     if (shown.size() > 1 && own.one_in(3)) lie_about_another(own.one_of(shown), lasts, own);
 }
@@ -395,52 +395,40 @@ void fault_injector::lie_about_applied(dice &drawn) {
 void fault_injector::lie_about_another(std::size_t c, time_ns lasts, dice &drawn) {
     const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
     const double far_um = beyond_error(c, drawn);
-    later(drawn.time_between(0, lasts), [this, &channel, far_um, lasts] {
+    later(drawn.time_between(0, lasts), [this, c, &channel, far_um, lasts] {
         if (!active_) return;
         note(fault_kind::foreign, fmt::format("it applies {} µm to {}", far_um, channel.name));
-        show_applied(channel, channel.format.encode(far_um / channel.scale_um), lasts);
+        show_applied(c, channel.format.encode(far_um / channel.scale_um), lasts);
     });
 }
 
-// Shows it all the time, or comes and goes.
-void fault_injector::show_applied(const fakeplc::taken_channel &channel,
-                                  const std::vector<std::uint16_t> &words, time_ns lasts) {
+// Shows it all the time, or comes and goes: for three quarters of the time, or for about a reading,
+// and then a value within error_um.
+void fault_injector::show_applied(std::size_t c, const std::vector<std::uint16_t> &words,
+                                  time_ns lasts) {
+    const fakeplc::taken_channel &channel = of_.box_machine.map.channels[c];
     const int at = *channel.applied_address;
+    const time_ns now = of_.time.now(), period = of_.box_machine.period_us * us;
     dice own(of_.options.seed + static_cast<std::uint64_t>(++lies_), "flicker");
     if (own.one_in(3)) {
-        flicker(at, words, of_.time.now() + lasts + 5 * second);
-        return;
+        const time_ns quarter = period * 3 / 2;
+        return show_in_turn(at, {{{words, 3 * quarter}, {{}, quarter}}}, now + lasts + 5 * second);
     }
     if (own.one_in(3)) {
-        const auto c = &channel - of_.box_machine.map.channels.data();
-        const double bound_um = of_.box_machine.channels[static_cast<std::size_t>(c)].error_um;
-        const auto bounded =
-            channel.format.encode(own.between(-0.9, 0.9) * bound_um / channel.scale_um);
-        alternate(at, {words, bounded}, of_.time.now() + lasts);
-        return;
+        const double um = own.between(-0.9, 0.9) * of_.box_machine.channels[c].error_um;
+        const auto bounded = channel.format.encode(um / channel.scale_um);
+        return show_in_turn(at, {{{words, period}, {bounded, period}}}, now + lasts);
     }
     of_.plc.show(at, words);
     later(lasts, [this, at] { of_.plc.show(at, {}); });
 }
 
-// For about a reading each.
-void fault_injector::alternate(int at, std::array<std::vector<std::uint16_t>, 2> words,
-                               time_ns until) {
-    const bool goes_on = active_ && of_.time.now() < until;
-    of_.plc.show(at, goes_on ? words[0] : std::vector<std::uint16_t>{});
-    if (!goes_on) return;
-    std::swap(words[0], words[1]);
-    later(of_.box_machine.period_us * us,
-          [this, at, words, until] { alternate(at, words, until); });
-}
-
-// Three quarters of the time the PLC shows these words.
-void fault_injector::flicker(int at, const std::vector<std::uint16_t> &words, time_ns until) {
-    const time_ns quarter = of_.box_machine.period_us * us * 3 / 2;
-    if (!active_ || of_.time.now() >= until) return;
-    of_.plc.show(at, words);
-    later(3 * quarter, [this, at] { of_.plc.show(at, {}); });
-    later(4 * quarter, [this, at, words, until] { flicker(at, words, until); });
+void fault_injector::show_in_turn(int at, std::array<shown_words, 2> turns, time_ns until) {
+    if (!active_ || of_.time.now() >= until) return of_.plc.show(at, {});
+    of_.plc.show(at, turns[0].words);
+    const time_ns lasts = turns[0].lasts;
+    std::swap(turns[0], turns[1]);
+    later(lasts, [this, at, turns, until] { show_in_turn(at, turns, until); });
 }
 
 // What the first contact finds: an operator who stops the service again, a value of another client,

@@ -41,9 +41,10 @@ class adapted_invariant : public invariant {
             judge_counts(one);
             const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !may_fade(snapshot);
             if (!is_active) settled_.reset();
-            judge_settled(one, snapshot.at("terms"), is_active);
-            if (!is_active) moves_.reset();
-            if (!draws(of_, fault_kind::sensors)) judge_arrives(one, snapshot);
+            const auto term = term_of(one, snapshot.at("terms"));
+            if (term) judge_settled(one, *term, is_active);
+            if (!term || !is_active) moves_.reset();
+            if (term && !draws(of_, fault_kind::sensors)) judge_arrives(*term, snapshot);
         }
     }
     void started() override {
@@ -100,15 +101,23 @@ class adapted_invariant : public invariant {
         if (counted > measured_)
             violated(fmt::format("{} measurements are counted, there were {}", counted, measured_));
     }
-    // What a probe has made of the term stays, also with another file, until the next
-    // probe. A start takes it up at once, with the state file.
-    void judge_settled(const json &one, const json &terms, bool is_active) {
+    // How far an adapted term is from its model, and how far its filter has it.
+    struct shown_term {
+        std::pair<double, double> filter;  // bias and gain
+        double model_um, is_um, want_um;
+    };
+    // out: nothing without a value of both
+    static std::optional<shown_term> term_of(const json &one, const json &terms) {
         const auto y = number_at(terms, one.at("name"), "value");
         const auto m = number_at(terms, one.at("of"), "value");
-        if (!y || !m) return;
-        const std::pair<double, double> filter = {one.value("bias_um", 0.0),
-                                                  one.value("gain", 0.0)};
-        const double want = filter.first + filter.second * *m;
+        if (!y || !m) return std::nullopt;
+        const double bias_um = one.value("bias_um", 0.0), gain = one.value("gain", 0.0);
+        return shown_term{{bias_um, gain}, *m, *y - *m, bias_um + gain * *m};
+    }
+    // What a probe has made of the term stays, also with another file, until the next
+    // probe. A start takes it up at once, with the state file.
+    void judge_settled(const json &one, const shown_term &term, bool is_active) {
+        const auto &filter = term.filter;
         newest_ = filter;
         // Zeros until the daemon has given the box its state.
         if (resumed_ != filter && (is_active || filter != std::pair{0.0, 0.0})) resumed_.reset();
@@ -120,28 +129,25 @@ class adapted_invariant : public invariant {
         const auto taken = one.value("taken", std::uint64_t{0});
         if (std::exchange(taken_, taken) != taken) settled_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
-        const bool settled =
-            std::fabs(*y - *m - want) < 1e-3 + 1e-4 * (std::fabs(*m) + std::fabs(want));
+        const bool settled = std::fabs(term.is_um - term.want_um) <
+                             1e-3 + 1e-4 * (std::fabs(term.model_um) + std::fabs(term.want_um));
         if (settled_ == filter && !settled && !draws_any(of_, {fault_kind::sensors}))
             violated(
                 fmt::format("the adapted term is {} um from its model, its filter has {} um, "
                             "and it was there before",
-                            *y - *m, want));
+                            term.is_um, term.want_um));
         settled_.reset();
         if (settled) settled_ = filter;
     }
     // While it is ACTIVE the term moves to what its filter has at the ramp, and arrives there.
-    void judge_arrives(const json &one, const json &snapshot) {
-        const auto y = number_at(snapshot.at("terms"), one.at("name"), "value");
-        const auto m = number_at(snapshot.at("terms"), one.at("of"), "value");
+    void judge_arrives(const shown_term &term, const json &snapshot) {
         const machine *of = of_.with_revision(snapshot.at("revision"));
-        if (!y || !m || of == nullptr) return moves_.reset();
-        const bias_and_gain filter = std::pair{one.value("bias_um", 0.0), one.value("gain", 0.0)};
-        const double far_um = std::fabs(*y - *m - filter->first - filter->second * *m);
+        if (of == nullptr) return moves_.reset();
+        const double far_um = std::fabs(term.is_um - term.want_um);
         const std::uint64_t rows = snapshot.at("jitter_us").at("count");
-        if (!moves_ || moves_->filter != filter || moves_->revision != of->revision)
-            moves_ = way{filter, of->revision, rows, far_um, 0};
-        moves_->model_um = std::max(moves_->model_um, std::fabs(*m));
+        if (!moves_ || moves_->filter != term.filter || moves_->revision != of->revision)
+            moves_ = way{term.filter, of->revision, rows, far_um, 0};
+        moves_->model_um = std::max(moves_->model_um, std::fabs(term.model_um));
         const double most_um = 2 * (moves_->um + moves_->model_um) + of->ramp_um_per_s,
                      ran_s = static_cast<double>(rows - moves_->rows) *
                              static_cast<double>(of->period_us) * 1e-6;
@@ -172,7 +178,7 @@ class adapted_invariant : public invariant {
     bias_and_gain newest_;     // by a snapshot
     bias_and_gain resumed_;    // that of the run before, until this one is ACTIVE
     struct way {
-        bias_and_gain filter;
+        std::pair<double, double> filter;
         unsigned revision;
         std::uint64_t rows;   // of the first snapshot with this filter
         double um, model_um;  // the term from there then; the most of its model since

@@ -1032,6 +1032,8 @@ struct draft {
         for (json &signal : root["signals"]) {
             if (!signal.contains("plc") || signal["type"] != "int16" || !own.one_in(3)) continue;
             signal["scale"] = -signal["scale"].get<double>();
+            // On the grid of the finest ones, so that a least value does not lie between two
+            // numbers.
             signal["zero"] = std::round(100 * own.between(-50, 50)) / 100;
         }
     }

@@ -98,19 +98,24 @@ static struct cb_log_limit *refilled(struct cb_log *log, enum cb_log_kind kind, 
     return limit;
 }
 
-void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
+static bool is_quiet(struct cb_log *log, enum cb_log_kind kind, int64_t now_us) {
+    return refilled(log, kind, now_us)->lines_left >= QUIET_LINES;
+}
+
+bool cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
                     ...) {
     struct cb_log_limit *limit = refilled(log, kind, now_us);
     if (limit->lines_left < 1) {
         limit->left_out++;
         if (log->events != NULL) log->events->lost++;
-        return;
+        return false;
     }
     limit->lines_left -= 1;
     va_list arguments;
     va_start(arguments, format);
     write_line(log, kind, now_us, format, arguments);
     va_end(arguments);
+    return true;
 }
 
 void cb_log_file(struct cb_log *log, const char *path, int error, int *reported, int64_t now_us) {
@@ -126,8 +131,8 @@ void cb_log_file(struct cb_log *log, const char *path, int error, int *reported,
 void cb_log_catch_up(struct cb_log *log, int64_t now_us, bool at_end) {
     for (enum cb_log_kind kind = 0; kind < CB_LOG_KINDS_COUNT; kind++) {
         if (log->limits[kind].left_out == 0) continue;
-        const bool quiet = refilled(log, kind, now_us)->lines_left >= QUIET_LINES;
-        if ((quiet || at_end) && cb_stderr_is_ready()) report_left_out(log, kind, now_us);
+        const bool due = is_quiet(log, kind, now_us) || at_end;
+        if (due && cb_stderr_is_ready()) report_left_out(log, kind, now_us);
     }
 }
 
@@ -159,14 +164,13 @@ static void log_mode(struct cb_log *log, const struct cb_row *row) {
     const struct cb_cause *cause = &row->cause.cause;
     const bool same = row->mode == log->mode && row->reason == log->reason;
     const bool moved = row->reason == CB_REASON_SIGNAL && other_signal(cause, &log->cause);
-    struct cb_log_limit *limit = refilled(log, CB_LOG_MODE, row->time_us);
-    const bool told = !log->mode_is_untold || limit->lines_left < QUIET_LINES;
+    const bool due = log->mode_is_untold && is_quiet(log, CB_LOG_MODE, row->time_us);
     char text[CB_CAUSE_TEXT];
-    if (log->begun && same && !moved && told) return;
-    log->mode_is_untold = limit->lines_left < 1;
+    if (log->begun && same && !moved && !due) return;
     cb_cause_text(&row->cause, text);
-    cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s%s%s", cb_mode_name(row->mode),
-                   cb_reason_text(row->reason), text[0] == '\0' ? "" : ": ", text);
+    log->mode_is_untold =
+        !cb_log_limited(log, CB_LOG_MODE, row->time_us, "%s: %s%s%s", cb_mode_name(row->mode),
+                        cb_reason_text(row->reason), text[0] == '\0' ? "" : ": ", text);
     log->mode = row->mode;
     log->reason = row->reason;
     log->cause = *cause;

@@ -76,8 +76,8 @@ void cb_log_start(struct cb_log *log, const char *plc, int64_t now_us);
 void cb_log_line(struct cb_log *log, int64_t now_us, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* A line that is dropped when there are too many. */
-void cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
+/* A line that is left out when there are too many. out: false: it was */
+bool cb_log_limited(struct cb_log *log, enum cb_log_kind kind, int64_t now_us, const char *format,
                     ...) __attribute__((format(printf, 4, 5)));
 
 /* Logs the write status of a periodically written file only when it changes.
