@@ -2,6 +2,7 @@
 // Files and log are whole after every kill and power cut, and what they say is true
 // (docs/compboxd.md).
 #include <fmt/core.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -453,6 +454,22 @@ class state_invariant : public invariant {
     std::map<std::string, moment> true_ns_;
 };
 
+// out: what gzip packed, so many bytes at most
+std::string unpacked(const std::string &packed, std::size_t most) {
+    z_stream stream{};
+    std::string text(most, '\0');
+    if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) return "";  // 16: gzip
+    std::string in = packed;
+    stream.next_in = reinterpret_cast<Bytef *>(in.data());
+    stream.avail_in = static_cast<uInt>(in.size());
+    stream.next_out = reinterpret_cast<Bytef *>(text.data());
+    stream.avail_out = static_cast<uInt>(text.size());
+    inflate(&stream, Z_FINISH);
+    text.resize(stream.total_out);
+    inflateEnd(&stream);
+    return text;
+}
+
 // The record has whole rows, in the order of time, also after a full disk; so has each file of the
 // black box. A kill may cut the last.
 // A start takes no row away, and a limit of all records holds: the oldest alone makes room for the
@@ -468,8 +485,9 @@ class record_invariant : public invariant {
         start_ns_ = of_.time.now();
         take_last_row();
     }
-    void file_written(const std::string &path, const node &) override {
+    void file_written(const std::string &path, const node &file) override {
         writes_ = writes_ || path == run::record_path;
+        if (path.rfind(std::string(run::record_path) + ".", 0) == 0) judge_same(path, file);
     }
     // The compressed file has its name before the plain one goes.
     void rename_failed(const std::string &path) override {
@@ -534,6 +552,15 @@ class record_invariant : public invariant {
             violated("the record had rows for a second, and a power cut left none");
         record_.reset();
     }
+    // A compressed file that takes its name has the rows of the plain one of that number.
+    void judge_same(const std::string &path, const node &file) {
+        const auto end = path.rfind(".gz");
+        if (end == std::string::npos || end + 3 != path.size()) return;
+        const auto plain = of_.box.files.find(path.substr(0, end), false);
+        if (plain != nullptr && plain->kind == node_kind::regular &&
+            unpacked(file.bytes, plain->bytes.size() + 1) != plain->bytes)
+            violated(fmt::format("{} does not have the rows of {}", path, path.substr(0, end)));
+    }
     void look_at_clock() {
         const time_ns ahead_ns = of_.box.wall() - of_.time.now();
         if (std::abs(std::exchange(ahead_ns_, ahead_ns) - ahead_ns) > second)
@@ -580,7 +607,8 @@ class record_invariant : public invariant {
             const std::string one = n == 0 ? path : fmt::format("{}.{}", path, n);
             const std::string text = of_.box.files.text(one);
             rows += static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
-            bytes += text.size() + of_.box.files.text(one + ".gz").size();
+            bytes += std::min(text.size(), run::most_record_bytes) +
+                     of_.box.files.text(one + ".gz").size();
         }
         if (of_.limits_records() && bytes > 1000000)
             violated(fmt::format("all records have {} bytes", bytes));

@@ -111,6 +111,8 @@ class run {
     static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
     static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
     static constexpr std::size_t old_record_bytes = 95000;
+    static constexpr std::size_t unlimited_record_bytes = 1500000;
+    static constexpr std::size_t most_record_bytes = 200000;   // of one with a limit, and more
     static constexpr const char *unfinished = ".new";          // behind the name of a file
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
     static constexpr time_ns systemd_waits = 10 * second;      // its WATCHDOG_USEC
