@@ -402,6 +402,7 @@ void reference_box::take(const machine &of) {
         one.tau_s = made.tau_s;
         one.min = made.min;
         one.max = made.max;
+        one.u = power_of(std::clamp(one.x, one.min, one.max), one.power);
     }
     for (play &one : fresh.plays_)
         for (const play &was : plays_)
@@ -608,6 +609,7 @@ void reference_box::follow() {
                 one.near += std::fabs(u - one.u) * std::min(1.0, most_apart_s / one.tau_s);
         }
         one.u = u;
+        one.x = input.value;
         one.doubt = doubt;
         one.at_ns = of.at_ns;
         one.known = true;

@@ -160,6 +160,7 @@ class reference_box {
         std::string key = "";            // that of the same lag in another file
         bool known = false;
         double y = 0, u = 0;
+        double x = 0;       // of which u is the power, within min and max
         double before = 0;  // y, by the value before
         double near = 0;    // by the times of samples, of which the box has its own, and by doubt
         double doubt = 0;   // of u

@@ -348,6 +348,7 @@ const edge edges[] = {
      to_config([](cb_config &config) { config.plc.heartbeat_timeout_ms = 0; })},
     // Sensors that check each other come with a later file.
     {"reference", 2091, 2500, "reload,sensors", nullptr},
+    {"reference", 62678, 2500, "reload", nullptr},
     // A probe that is not taken leaves the place of the one before.
     {"probes", 1756, 2500, "enable,can", nullptr},
     // A deadband holds a demand of less than a nanometre at zero.
