@@ -11,6 +11,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "tests/world/blocks.h"
 #include "tests/world/interval.h"
@@ -33,13 +34,26 @@ class doubts_invariant : public invariant {
         box_.emplace(of.box_machine);
         const nlohmann::json &root = of.box_machine.file();
         const nlohmann::json &sensors = root.at("sensors").at("signals");
+        const auto add_lag = [&](const std::string &key, const std::string &input) {
+            const auto source = std::find(sensors.begin(), sensors.end(), input);
+            if (source != sensors.end())
+                lags_[key] = static_cast<std::size_t>(source - sensors.begin());
+        };
         for (const auto &signal : root.at("signals")) {
             signals_.push_back(signal.at("name"));
-            const auto source =
-                std::find(sensors.begin(), sensors.end(), signal.value("lag_of", ""));
-            if (source != sensors.end() && signal.value("power", 1) == 1)
-                lags_[signals_.back()] = static_cast<std::size_t>(source - sensors.begin());
+            if (signal.value("power", 1) == 1) add_lag(signals_.back(), signal.value("lag_of", ""));
         }
+        std::set<std::string> held;  // two banks differ by the ranges in which an input acts
+        for (const auto &term : root.at("terms")) {
+            const auto bank = term.value("bank", nlohmann::json::object());
+            for (const float tau_s : bank.value("tau_s", std::vector<float>())) {
+                for (const std::string input : bank.at("inputs")) {
+                    if (tau_s > 0) add_lag(bank_key(input, 1, tau_s), input);
+                    if (bank.contains("input_min")) held.insert(bank_key(input, 1, tau_s));
+                }
+            }
+        }
+        for (const std::string &key : held) lags_.erase(key);
     }
     void started() override {
         if (!box_) return;
@@ -126,7 +140,9 @@ class doubts_invariant : public invariant {
     void judge_lag(const state_file::record &record) {
         const time_ns at = of_.time.now() - of_.box.boottime() + record.boottime_us * us;
         const double y = static_cast<double>(record.hi);
-        const auto found = past_.find(record.name);
+        const std::string key =
+            record.name[0] != 0 ? record.name : bank_key(record.lag_of, record.power, record.tau_s);
+        const auto found = past_.find(key);
         if (found == past_.end() || found->second.empty() || found->second.front().at_ns > at)
             return;
         interval all = interval::none();
@@ -135,7 +151,7 @@ class doubts_invariant : public invariant {
                 all.take(interval{one.is.value, one.is.value}.moved(0, one.is.near));
         if (all.is_none() || (y > all.low - 0.02 && y < all.high + 0.02)) return;
         violated(fmt::format("the lag {} of a doubted sensor is {}, the others take it to {} … {}",
-                             record.name, y, all.low, all.high));
+                             key, y, all.low, all.high));
     }
     std::string signal_of(const written_block &block) const {
         const unsigned place = block.detail & 0xFFu;

@@ -244,13 +244,14 @@ class shown_invariant : public invariant {
                (redundant_.count(signal) > 0 && of_.running().file().contains("sensors"));
     }
     // Behind another file, whose signals may have another order. Until its source gives a value, an
-    // input is that of the run before.
+    // input is that of the run before; that of a doubted sensor is what the others predict.
     void judge_state(const std::string &bytes) {
         if (of_.time.now() - taken_ns_ > 3 * second || draws(of_, fault_kind::state)) return;
         const auto file = decoded(bytes);
         if (!file) return;
         for (const state_file::record &lag : file->records)
-            if (lag.name[0] == 0 && lag.unix_us > 0 && was_given(lag.lag_of))
+            if (lag.name[0] == 0 && lag.unix_us > 0 && redundant_.count(lag.lag_of) == 0 &&
+                was_given(lag.lag_of))
                 judge(lag.lag_of, lag.input);
     }
 

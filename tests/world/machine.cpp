@@ -1206,6 +1206,7 @@ struct draft {
                 constant -= term["weights"].back().get<double>() * centers[j].get<double>();
             }
             term["constant"] = rounded(constant);
+            if (first == 1) give_bank(term);
             root["terms"].push_back(term);
             for (auto &entry : root["channels"]) {
                 const std::string name = entry["name"];
@@ -1214,6 +1215,28 @@ struct draft {
             }
         }
         widen_block("read", read_next);
+    }
+
+    // in : a sum of signals
+    // out: at one machine in two of their lags, and perhaps of themselves
+    void give_bank(json &term) {
+        dice own(made.twin.seed, "bank of sensors");
+        if (!own.one_in(2)) return;
+        const double share = own.one_in(2) ? 1 : 0.6;  // of the lag
+        json powers, weights = json::array();
+        for (const json &name : term["inputs"]) powers[name.get<std::string>()] = {1};
+        for (const double weight : term["weights"]) {
+            if (share < 1) weights.push_back(rounded((1 - share) * weight));
+            weights.push_back(rounded(share * weight));
+        }
+        json taus_s = json::array({rounded(own.log_between(2, 60))});
+        if (share < 1) taus_s.insert(taus_s.begin(), 0.0);
+        term["bank"] = {{"inputs", term["inputs"]},
+                        {"powers", powers},
+                        {"tau_s", taus_s},
+                        {"weights", json::array({weights})},
+                        {"bias", json::array({term["constant"]})}};
+        for (const char *key : {"inputs", "weights", "constant"}) term.erase(key);
     }
 
     // The PLC's own limits never act where the box keeps its own.

@@ -25,7 +25,16 @@ double seconds_of(time_ns ns) {
     return 1e-9 * static_cast<double>(ns);
 }
 
+// out: NaN if one of them is
+double least(double a, double b) {
+    return b < a || std::isnan(b) ? b : a;
+}
+
 }  // namespace
+
+std::string bank_key(const std::string &input, unsigned power, float tau_s) {
+    return fmt::format("{} {} {}", input, power, tau_s);
+}
 
 std::vector<trained_range> ranges_of(const json &net) {
     std::vector<trained_range> ranges(net.contains("input_min") ? 0 : net.at("inputs").size());
@@ -316,7 +325,7 @@ reference_box::function reference_box::bank_of(const json &bank, std::size_t k) 
                 const std::size_t lagged = hidden_place();
                 lags_.push_back(
                     {inputs.back(), lagged, tau_s, power, range.held(-1e30), range.held(1e30)});
-                lags_.back().key = fmt::format("{} {} {}", name, power, tau_s);
+                lags_.back().key = bank_key(name, power, static_cast<float>(tau_s));
                 columns.push_back({lagged, 1, weight, trained_range()});
             }
         }
@@ -326,7 +335,7 @@ reference_box::function reference_box::bank_of(const json &bank, std::size_t k) 
         for (const column &one : columns)
             sum += one.weight * power_of(one.range.held(at[one.place]), one.power);
         for (std::size_t i = 0; i < inputs.size(); ++i)
-            weight = std::min(ranges[i].weight(at[inputs[i]]), weight);  // NaN stays
+            weight = least(weight, ranges[i].weight(at[inputs[i]]));
         return sum * weight;
     };
 }
@@ -351,7 +360,7 @@ reference_box::function reference_box::network_of(const json &net, std::size_t k
         for (std::size_t i = 0; i < inputs.size(); ++i) {
             n.push_back((ranges[i].held(at[inputs[i]]) - center[i]) / scale[i]);
             sum += beside[i] * n[i];
-            weight = std::min(ranges[i].weight(at[inputs[i]]), weight);  // NaN stays
+            weight = least(weight, ranges[i].weight(at[inputs[i]]));
         }
         for (std::size_t h = 0; h < rows.size(); ++h) {
             double s = biases[h];
@@ -570,9 +579,10 @@ void reference_box::sample(const std::string &name, double value, time_ns at) {
     accept(signals_[place_of(name)], value, at);
 }
 
-judged_number reference_box::lag_of(const std::string &name) const {
-    const signal &one = signals_[place_of(name)];
-    return {one.value, one.known ? one.doubt : 1e30};
+judged_number reference_box::lag_of(const std::string &key) const {
+    const auto found =
+        std::find_if(lags_.begin(), lags_.end(), [&key](const lag &one) { return one.key == key; });
+    return {found->y, found->known ? found->near : 1e30};
 }
 
 // out: what its lags follow; of a doubted sensor what the others predict

@@ -37,6 +37,8 @@ struct trained_range {
 };
 // out: one for each input of a bank or network that names its training range; else as of no range
 std::vector<trained_range> ranges_of(const nlohmann::json &net);
+// out: what a lag of a bank is called here
+std::string bank_key(const std::string &input, unsigned power, float tau_s);
 
 // out: x multiplied by itself, which takes less time than std::pow()
 double power_of(double x, unsigned power);
@@ -123,7 +125,7 @@ class reference_box {
     // out: the value of a reading at that time, if the box accepts it for sure
     std::optional<double> newest(const std::string &signal, time_ns at) const;
     // out: the value of a lag at the newest reading
-    judged_number lag_of(const std::string &name) const;
+    judged_number lag_of(const std::string &key) const;
     // out: the sensors that check each other; nullptr: the file has none
     const sensor_watch *watch() const { return watch_ ? &*watch_ : nullptr; }
 
