@@ -215,7 +215,8 @@ class stats_invariant : public invariant {
             return;
         const machine &facts = of_.box_machine;
         const double most_us = 1.5 * static_cast<double>(facts.period_us) + interpolates_us() +
-                               3e6 * facts.twin.plc.scan_s + 20e3;
+                               3e6 * facts.twin.plc.scan_s + 20e3 +
+                               1e-3 * static_cast<double>(slowest_line_ns_);
         if (all.value("lead_us", 0.0) > most_us)
             violated(fmt::format("lead_us is {}, the PLC takes no more than {}",
                                  all.value("lead_us", 0.0), most_us));
@@ -243,6 +244,8 @@ class stats_invariant : public invariant {
         return static_cast<time_ns>(characters) * of_.plc_line->character();
     }
     void time_exchange(const machine &facts, const exchange &seen) {
+        if (of_.plc_line != nullptr)
+            slowest_line_ns_ = std::max(slowest_line_ns_, seen.now - seen.sent + line_ns(seen));
         if (!seen.written.empty() && read_ns_ > 0) {
             const time_ns replied_ns = seen.now + seen.duration + line_ns(seen);
             const double us_ = 1e-3 * static_cast<double>(replied_ns - read_ns_);
@@ -323,6 +326,7 @@ class stats_invariant : public invariant {
 
     time_ns ticked_ns_ = 0, longest_between_steps_ns_ = 0;  // of this daemon
     std::uint64_t can_lost_ = 0, can_lost_told_ = 0;        // before this daemon
+    time_ns slowest_line_ns_ = 0;                           // of an exchange on a serial line
     double exchange_us_ = 0;  // from a reading to the reply to what it led to, filtered
     std::uint64_t exchanges_ = 0;
     time_ns read_ns_ = 0;
