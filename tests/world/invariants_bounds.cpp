@@ -228,7 +228,8 @@ class step_invariant : public invariant {
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
         if (!judged_ || facts.step_units == 0) return;
-        if (is_reading(facts, seen) && seen.duration != never) remember(facts, seen);
+        if (is_reading(facts, seen) && seen.duration != never && head_of(facts, seen).whole)
+            remember(facts, seen);
         if (seen.written.empty()) return;
         const machine &author = of_.author_of(seen);
         if (author.revision != facts.revision) return started();
