@@ -312,6 +312,11 @@ class reference_invariant : public invariant {
     written_block before_;
 };
 
+// out: of the time between two writes, that in which the PLC certainly served
+time_ns served_ns(const machine &facts, time_ns gap_ns) {
+    return std::min(gap_ns, 2 * facts.period_us * us);
+}
+
 // Replies that are lost hold an output back for two turns at most, then it moves on
 // (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed.
 class progress_invariant : public invariant {
@@ -367,7 +372,7 @@ class progress_invariant : public invariant {
             const double way_um = std::fabs(block.um[c] - waits_[c].um);
             if (way_um > 1.2 * reach_um(facts, c) + facts.channels[c].unit_um)
                 waits_[c] = {block.um[c], 0, false};
-            if (seen.duration != never) waits_[c].for_ns += gap_ns;
+            if (seen.duration != never) waits_[c].for_ns += served_ns(facts, gap_ns);
             if (waits_[c].for_ns > longest_ns) judge_waiting(facts, block, c);
         }
     }
@@ -428,8 +433,8 @@ class retreat_invariant : public invariant {
         for (std::size_t c = 0; c < waits_.size(); ++c) {
             const channel_facts &channel = facts.channels[c];
             const bool may_go_on = reads || !channel.has_applied || facts.step_units == 0;
-            judge(facts, channel, std::fabs(block.um[c]), confirmed && may_go_on ? gap_ns : 0,
-                  waits_[c]);
+            judge(facts, channel, std::fabs(block.um[c]),
+                  confirmed && may_go_on ? served_ns(facts, gap_ns) : 0, waits_[c]);
         }
     }
 

@@ -494,12 +494,59 @@ class product_invariant : public invariant {
     std::vector<product> products_;
 };
 
+// Behind a jump of its time the box has no value of before (docs/faults.md). Of signals on wires of
+// their own: a reading of the PLC comes in the same step.
+class forgotten_invariant : public invariant {
+  public:
+    explicit forgotten_invariant(run &of) : invariant(of, "forgotten") {}
+    void started() override {
+        jumps_ = 0;
+        steps_ = of_.steps_of_daemon;
+        gap_ns_ = never;
+        forgotten_ns_ = -never / 2;
+    }
+    void ticked() override {
+        if (std::exchange(steps_, of_.steps_of_daemon) == of_.steps_of_daemon) return;
+        const time_ns clock_ns = of_.clock_of_loop();
+        const time_ns apart_ns = clock_ns - std::exchange(clock_ns_, clock_ns);
+        if (apart_ns > 8 * of_.running().period_us * us) gap_ns_ = std::min(gap_ns_, ticked_ns_);
+        ticked_ns_ = of_.time.now();
+    }
+    // What is measured by hand arrives some time behind.
+    void sampled(const std::string &signal, double) override {
+        if (signal[0] != 'H') given_ns_[signal] = of_.time.now();
+    }
+    // It counts jumps; of two in a row the first alone is judged.
+    void shown(const json &snapshot) override {
+        const std::uint64_t jumps = snapshot.at("counters").value("clock_jumps", std::uint64_t{0});
+        if (std::exchange(jumps_, jumps) != jumps) {
+            if (gap_ns_ != never) forgotten_ns_ = gap_ns_;
+            gap_ns_ = never;
+        }
+        for (const json &signal : snapshot.at("signals")) {
+            const auto given = given_ns_.find(signal.at("name"));
+            if (given != given_ns_.end() && signal.at("state") == "fresh" &&
+                given->second < forgotten_ns_ - 100 * ms)
+                violated(fmt::format("{} is fresh, and its newest value came before a jump",
+                                     given->first));
+        }
+    }
+
+  private:
+    std::uint64_t jumps_ = 0, steps_ = 0;   // of the newest snapshot; at the newest tick
+    time_ns ticked_ns_ = 0, clock_ns_ = 0;  // the newest tick, and by the clock of the loop
+    time_ns gap_ns_ = never;                // a gap of ticks began then, whose jump was not shown
+    time_ns forgotten_ns_ = -never / 2;     // what came before is not known any more
+    std::map<std::string, time_ns> given_ns_;
+};
+
 }  // namespace
 
 void add_shown(run &of, invariants &all) {
     all.push_back(std::make_unique<fading_invariant>(of));
     all.push_back(std::make_unique<product_invariant>(of));
     all.push_back(std::make_unique<shown_invariant>(of));
+    all.push_back(std::make_unique<forgotten_invariant>(of));
 }
 
 }  // namespace compbox::world

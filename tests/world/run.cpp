@@ -467,7 +467,7 @@ void run::start_daemon() {
     if (keeps_slow_snapshot()) words.insert(words.end(), {"--snapshot-every", "1000"});
     if (keeps_events()) words.insert(words.end(), {"--events", events_path});
     if (has_watchdog()) words.insert(words.end(), {"--watchdog", "/dev/watchdog"});
-    if (options.seed % 5 == 0) words.insert(words.end(), {"--clock", "boottime"});
+    if (ticks_by_boottime()) words.insert(words.end(), {"--clock", "boottime"});
     if (options.seed % 2 == 0)
         box.environment = {{"NOTIFY_SOCKET", "/run/systemd/notify"},
                            {"WATCHDOG_USEC", fmt::format("{}", systemd_waits / us)}};

@@ -118,6 +118,8 @@ class run {
     static constexpr time_ns systemd_waits = 10 * second;      // its WATCHDOG_USEC
     static constexpr time_ns watchdog_waits = 10 * second;     // the hardware (docs/compboxd.md)
     bool records_each_cycle() const { return options.seed % 16 != 4; }  // or a row in 500 ms
+    bool ticks_by_boottime() const { return options.seed % 5 == 0; }
+    time_ns clock_of_loop() const { return ticks_by_boottime() ? box.boottime() : box.monotonic(); }
     bool has_watchdog() const { return options.seed % 3 == 0; }
     // Files are kept more often where the faults of the run act on them.
     bool keeps_events() const { return options.seed % 2 == 1 || files_suffer_; }
