@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -56,12 +57,14 @@ class adapted_invariant : public invariant {
         const machine &facts = of_.running_at(seen.sent);
         if (adapts_.empty() || !is_reading(facts, seen)) return;
         const std::string counter = adapts_[0].at("probe").at("count");
+        std::uint16_t most = 0;  // another file may take the other count
         for (const fakeplc::shown_signal &signal : facts.map.signals) {
-            if (signal.name != counter) continue;
+            if (signal.name != counter && signal.name != other_probe_count) continue;
             const auto count = static_cast<std::uint16_t>(signal_in(facts, signal, seen));
-            const auto rise = static_cast<std::uint16_t>(count - std::exchange(count_, count));
-            if (!is_reference(facts, counter, seen.sent)) measured_ += rise;
+            const auto was = std::exchange(counts_[signal.name == counter], count);
+            most = std::max(most, static_cast<std::uint16_t>(count - was));
         }
+        if (!is_reference(facts, counter, seen.sent)) measured_ += most;
     }
 
   private:
@@ -170,7 +173,7 @@ class adapted_invariant : public invariant {
     std::vector<json> adapts_;
     bool steps_on_;  // the box makes each of its steps, whatever the PLC does
     time_ns read_ns_ = 0;
-    std::uint16_t count_ = 0;
+    std::array<std::uint16_t, 2> counts_ = {};  // of another probe, and of the one of the file
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
     std::uint64_t taken_ = 0;  // probes, by a snapshot

@@ -557,6 +557,9 @@ struct draft {
                       {"max", 65535},        {"type", "uint16"}};
         root["signals"].push_back(value);
         root["signals"].push_back(count);
+        count["name"] = other_probe_count;
+        count["plc"] = next_read(1);
+        root["signals"].push_back(count);
         root["terms"].push_back({{"name", "adapted"},
                                  {"type", "adapt"},
                                  {"of", sum[term]},
@@ -1575,6 +1578,10 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
     // What a term has learnt may be beyond its bounds in the next file.
+    // Another probe of the control counts.
+    const bool counts = dice(of.twin.seed + revision, "count").one_in(4);
+    for (json &term : root["terms"])
+        if (counts && term.contains("probe")) term["probe"]["count"] = other_probe_count;
     dice learnt(of.twin.seed + revision, "adapt");
     for (json &term : root["terms"])
         for (const char *bound : {"bias_max_um", "gain_max"})

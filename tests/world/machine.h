@@ -41,7 +41,8 @@ struct pair_facts {
     double most_um = 0;
 };
 
-constexpr int first_module = 5;  // unit of the first one on the bus
+constexpr int first_module = 5;                          // unit of the first one on the bus
+constexpr const char *other_probe_count = "probe_x_n2";  // of the same measurements
 
 struct machine {
     std::string text;  // of the coefficient file

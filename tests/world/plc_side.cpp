@@ -44,6 +44,9 @@ plc_side::plc_side(const machine &of, network &net, std::uint64_t seed)
     control.set_permit(permits_resume);
     dice beat(seed, "beat");  // which passes 65535 soon
     if (beat.one_in(3)) heartbeat_offset = static_cast<std::uint16_t>(65535 - beat.below(4000));
+    dice count(seed, "count of probes");
+    if (count.one_in(2)) probes_ = static_cast<std::uint16_t>(65535 - count.below(20));
+    if (!machine_.map.probes.empty()) count_others();
     move_axes();
 }
 
@@ -82,6 +85,11 @@ void plc_side::probe() {
         control.force_signal(probe.value, probed_um_);
         control.force_signal(probe.count, probes_);
     }
+    count_others();
+}
+
+void plc_side::count_others() {
+    control.force_signal(other_probe_count, static_cast<std::uint16_t>(probes_ + 5000));
 }
 
 void plc_side::catch_up() {

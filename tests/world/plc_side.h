@@ -124,6 +124,7 @@ class plc_side : public tcp_peer {
                          time_ns sent);
     void move_axes();
     void probe();
+    void count_others();  // of another probe, from other counts on
     void permit_by_enable();
     void acknowledge_fault();
     void remember_applied(const fakeplc::plc_state &state);

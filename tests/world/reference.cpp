@@ -593,6 +593,13 @@ judged_number reference_box::input_of(const signal &of) const {
     return {(all.low + all.high) / 2, all.width() / 2};
 }
 
+// out: the largest size of a signal; a lag may be one of a lag
+double reference_box::largest_of(std::size_t place) const {
+    for (const lag &one : lags_)
+        if (one.to == place) return power_of(largest_of(one.of), one.power);
+    return std::max(std::fabs(signals_[place].max), std::fabs(signals_[place].min));
+}
+
 // Lags and directions go on to the newest values.
 void reference_box::follow() {
     for (lag &one : lags_) {
@@ -601,12 +608,11 @@ void reference_box::follow() {
         const judged_number input = input_of(of);
         const double held = std::clamp(input.value, one.min, one.max);
         const double u = power_of(held, one.power);
-        const double doubt = one.power == 1 ? input.near : 2 * std::fabs(of.max) * input.near;
+        const double doubt = one.power == 1 ? input.near : 2 * largest_of(one.of) * input.near;
         one.before = one.known ? one.y : u;
         if (!one.known) {
             one.y = u;
-            const double largest = std::max(std::fabs(of.max), std::fabs(of.min));
-            one.near = has_state_ ? 2 * power_of(largest, one.power) : 0;
+            one.near = has_state_ ? 2 * power_of(largest_of(one.of), one.power) : 0;
         } else {
             const double dt_s = seconds_of(of.at_ns - one.at_ns);
             const double gain = -std::expm1(-dt_s / one.tau_s);

@@ -197,6 +197,7 @@ class reference_box {
     void watch_sensors(time_ns now);
     bool is_gone(const signal &one, time_ns now) const;
     judged_number input_of(const signal &of) const;
+    double largest_of(std::size_t place) const;
     void follow();
     judged_number velocity_of(const signal &of, time_ns now) const;
     double sum_of(std::size_t channel, const values &at) const;
