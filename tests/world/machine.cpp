@@ -1595,6 +1595,11 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         plc["profile"] = "generic";
         for (const char *key : {"max_step_units", "handshake", "axes_at_once"}) plc.erase(key);
     }
+    // The way to zero may take longer.
+    dice ramp(of.twin.seed + revision, "ramp");
+    json &ramp_um_per_s = root["safety"]["ramp_um_per_s"];
+    if (ramp.one_in(4))
+        ramp_um_per_s = rounded(ramp.log_between(0.1, 0.9) * ramp_um_per_s.get<double>());
     // The NC is not asked any more.
     if (dice(of.twin.seed + revision, "handshake").one_in(4)) plc.erase("handshake");
     // Nothing doubts a sensor any more.
