@@ -127,7 +127,12 @@ class service_status_invariant : public invariant {
         if (words.rfind("STOPPING=1\nEXTEND_TIMEOUT_USEC=", 0) != 0) return;
         stopping_ns_ = of_.time.now();
         most_ns_ = std::stoll(words.substr(words.rfind('=') + 1)) * us;
+        const bool wrote = since_ns_ != never;
+        if (wrote && is_regular(of_) && stopping_ns_ - taken_ns_ > second && most_ns_ < way_ns())
+            violated(fmt::format("it promises to stop within {} ms, and zero is {} ms away",
+                                 most_ns_ / ms, way_ns() / ms));
     }
+    void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
     void logged(const std::string &line) override {
         static const std::regex about_mode(R"( (STANDBY|ACTIVE|HOLD|RAMP|FAULT|STOPPED): .*$)");
         std::smatch found;
@@ -153,6 +158,15 @@ class service_status_invariant : public invariant {
                    std::tie(other.mode, other.reason, other.revision);
         }
     };
+    // From the limit of an output of the file that runs.
+    time_ns way_ns() const {
+        double longest_s = 0;
+        for (const channel_facts &channel : of_.running().channels)
+            longest_s = std::max(
+                longest_s,
+                channel.limit_um / std::min(channel.slew_um_per_s, of_.running().ramp_um_per_s));
+        return static_cast<time_ns>(1e9 * longest_s);
+    }
     // The newest words, which may be of a block that has yet to come if they are not old.
     struct claim {
         std::string words;
@@ -196,6 +210,7 @@ class service_status_invariant : public invariant {
     state is_;                                 // of the newest write, …
     time_ns sent_ns_ = 0, since_ns_ = never;   // … and since when all have it
     time_ns asked_ns_ = never, stopping_ns_ = never, most_ns_ = 0;
+    time_ns taken_ns_ = -never / 2;  // the newest file
 };
 
 }  // namespace
