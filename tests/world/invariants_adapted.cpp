@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "tests/world/blocks.h"
@@ -40,6 +41,7 @@ class adapted_invariant : public invariant {
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_bounds(one, of_.with_revision(snapshot.at("revision")));
             judge_counts(one);
+            judge_model(one, snapshot);
             const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !may_fade(snapshot);
             if (!is_active) settled_.reset();
             const auto term = term_of(one, snapshot.at("terms"));
@@ -94,6 +96,37 @@ class adapted_invariant : public invariant {
                     violated(fmt::format("{} of the adapted term is {}, its {} is {}", key,
                                          one.value(key, 0.0), bound, term.at(bound).dump()));
         }
+    }
+    // Weights, biases and sigma of the model that a term adapts; "": it states no sigma.
+    static std::string model_of(const machine &of, const std::string &output) {
+        for (const auto &term : of.file().at("terms")) {
+            const auto outputs = term.value("outputs", json::array({term.value("name", "")}));
+            if (std::find(outputs.begin(), outputs.end(), output) == outputs.end()) continue;
+            if (!term.contains("sigma")) return "";
+            const json &bank = term.at("bank");
+            return json({bank.at("weights"), bank.at("bias"), term.at("sigma")}).dump();
+        }
+        return "";
+    }
+    // As long as no probe of a model was taken, the term is as uncertain as the model says of
+    // itself. A probe that came with the newest snapshot may be one of the file before. A restart
+    // has the models of its state file.
+    void judge_model(const json &one, const json &snapshot) {
+        const machine *of = of_.with_revision(snapshot.at("revision"));
+        const std::string output = one.at("of");
+        const std::string model = of != nullptr ? model_of(*of, output) : "";
+        if (std::exchange(probed_, one.at("taken").get<unsigned>()) != one.at("taken"))
+            measured_models_ = {model, shown_model_};
+        shown_model_ = model;
+        const auto own_um = number_at(snapshot.at("terms"), output, "sigma_um");
+        if (model.empty() || !own_um || !one.at("sigma_um").is_number() || *own_um > 1e3 ||
+            of_.starts() > 1 || measured_models_.count(model) > 0)
+            return;
+        if (one.at("sigma_um") < *own_um * (1 - 1e-3))
+            violated(
+                fmt::format("no probe of the model {} was taken, which states {} um, and the "
+                            "adapted term has a sigma of {} um",
+                            output, *own_um, one.at("sigma_um").dump()));
     }
     // One term at most has a probe. A count that goes on is each number between, too.
     void judge_counts(const json &one) {
@@ -176,10 +209,13 @@ class adapted_invariant : public invariant {
     std::array<std::uint16_t, 2> counts_ = {};  // of another probe, and of the one of the file
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
-    std::uint64_t taken_ = 0;  // probes, by a snapshot
-    bias_and_gain settled_;    // if the term has arrived there
-    bias_and_gain newest_;     // by a snapshot
-    bias_and_gain resumed_;    // that of the run before, until this one is ACTIVE
+    std::uint64_t taken_ = 0;                // probes, by a snapshot
+    unsigned probed_ = 0;                    // likewise
+    std::set<std::string> measured_models_;  // by the newest of them, one of these
+    std::string shown_model_;
+    bias_and_gain settled_;  // if the term has arrived there
+    bias_and_gain newest_;   // by a snapshot
+    bias_and_gain resumed_;  // that of the run before, until this one is ACTIVE
     struct way {
         std::pair<double, double> filter;
         unsigned revision;
@@ -385,8 +421,8 @@ class probes_invariant : public invariant {
     void follow(const filter_state &now) {
         if (now.probes() > probes_) return violated("more probes are counted than were measured");
         if (now.probes() < probes_ && of_.time.now() - newest_.at > 2 * second)
-            return violated(fmt::format("{} probes are counted, and {} were measured", now.probes(),
-                                        probes_));
+            return violated(
+                fmt::format("{} probes are counted, and {} were measured", now.probes(), probes_));
         const unsigned more = now.probes() - was_.probes();
         if (more == 1 && now.probes() == probes_)
             judge(now);

@@ -1595,6 +1595,12 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         plc["profile"] = "generic";
         for (const char *key : {"max_step_units", "handshake", "axes_at_once"}) plc.erase(key);
     }
+    // A model that states its sigma becomes another one, of which no probe was taken.
+    dice model(of.twin.seed + revision, "model");
+    for (json &term : root["terms"])
+        if (term.contains("sigma") && model.one_in(3))
+            for (json &bias : term["bank"]["bias"])
+                bias = rounded(bias.get<double>() + model.between(-1, 1));
     // The way to zero may take longer.
     dice ramp(of.twin.seed + revision, "ramp");
     json &ramp_um_per_s = root["safety"]["ramp_um_per_s"];
