@@ -277,6 +277,7 @@ void can_bus::sent_by_box(const can_frame &frame) {
         if (frame.data[1] != 0 && frame.data[1] != node.number) continue;
         node.starts++;
         if (of_.time.now() < on_the_bus_ns) continue;
+        node.started_ns = of_.time.now();
         node.waits = 0;
         node.again += node.operational;
         node.operational = node.operational || !node.deaf;

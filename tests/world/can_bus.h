@@ -37,11 +37,13 @@ struct can_node {
     time_ns heartbeat = 200 * ms;  // 0: none
     double temperature_degC = 20;
     bool supervised = false;  // the box starts it, and watches whether it obeys
+    bool watched = true;      // the box knows how often its heartbeats come; else it starts it
     bool operational = false, silent = false, deaf = false;  // deaf: no start reaches it
     // Heartbeats in which it waited for its start, since the box last sent one or could not.
     int waits = 0;
     int again = 0;  // starts while it ran, since it, the daemon or the bus began anew
     time_ns booted_ns = 0;
+    time_ns started_ns = -never / 2;      // by the box, on the bus
     std::uint64_t starts = 0, boots = 0;  // since the daemon began
 };
 

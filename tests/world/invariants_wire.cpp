@@ -447,15 +447,7 @@ class nodes_invariant : public invariant {
             if (node.supervised && node.waits * node.heartbeat > most)
                 violated(fmt::format("node {} waits for its start for {} ms", node.number,
                                      node.waits * node.heartbeat / ms));
-            const time_ns since = std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns,
-                                            of_.can->full_until_ns, node.booted_ns});
-            if (node.heartbeat == 0 && !node.operational && of_.can->lost == 0 &&
-                of_.time.now() - since > most)
-                violated(fmt::format("node {} without heartbeats has not been started for {} ms",
-                                     node.number, (of_.time.now() - since) / ms));
-            if (node.heartbeat == 0 && node.again > 3)
-                violated(fmt::format("node {} runs, and is started {} times more", node.number,
-                                     node.again));
+            if (!node.watched) judge_unwatched(node);
         }
     }
 
@@ -469,13 +461,25 @@ class nodes_invariant : public invariant {
             return;
         for (const auto &shown : all.at("can").at("nodes"))
             for (const can_node &node : of_.can->nodes)
-                if (node.heartbeat > 0 && node.number == shown.at("node") &&
+                if (node.watched && node.number == shown.at("node") &&
                     shown.at("state") == "operational")
                     violated(fmt::format("node {} is shown as operational, and its bus is down",
                                          node.number));
     }
 
   private:
+    // The box starts it when the bus comes up, whatever it said before, and behind its boot-up.
+    void judge_unwatched(const can_node &node) {
+        const time_ns back = std::max({start_ns_, of_.can->changed_ns, of_.can->on_the_bus_ns}),
+                      since = std::max({back, of_.can->full_until_ns, node.booted_ns});
+        const bool waits = !node.operational || node.started_ns < back;
+        if (waits && of_.can->lost == 0 && of_.time.now() - since > most)
+            violated(fmt::format("node {}, which nobody watches, has not been started for {} ms",
+                                 node.number, (of_.time.now() - since) / ms));
+        if (node.again > 3)
+            violated(
+                fmt::format("node {} runs, and is started {} times more", node.number, node.again));
+    }
     // Nothing happens to the bus.
     void judge_undisturbed(const nlohmann::json &can) {
         static const std::set<std::string> traffic = {"frames", "heartbeats", "sent"};

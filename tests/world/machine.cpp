@@ -139,7 +139,9 @@ struct draft {
         json entry = {{"node", number}, {"start", start}};
         if (!start || chance.one_in(2)) entry["heartbeat_timeout_ms"] = 1000;
         made.nodes.back().supervised = start && entry.contains("heartbeat_timeout_ms");
-        if (!entry.contains("heartbeat_timeout_ms")) made.nodes.back().heartbeat = 0;
+        made.nodes.back().watched = entry.contains("heartbeat_timeout_ms");
+        dice beats(made.twin.seed + static_cast<std::uint64_t>(number), "heartbeats");
+        if (!made.nodes.back().watched && beats.one_in(2)) made.nodes.back().heartbeat = 0;
         root["can"]["nodes"].push_back(entry);
         lags.push_back(name);
     }
