@@ -59,6 +59,13 @@ struct module_turn {
     }
 };
 
+// What came of the request before.
+struct module_reply {
+    bool none;    // no request was sent before, since the adapter was plugged in
+    bool prompt;  // whole, and on time by any deadline
+    bool heard;   // something came, which may also be late
+};
+
 class invariant {
   public:
     invariant(run &of, const char *of_name) : name(of_name), of_(of) {}
@@ -69,7 +76,7 @@ class invariant {
     virtual void asked(const question &) {}
     // The box asks a module on its bus. prompt: the one asked before has replied; first: since the
     // adapter was plugged in.
-    virtual void module_asked(const module_turn &, bool /* prompt */, bool /* first */) {}
+    virtual void module_asked(const module_turn &, const module_reply & /* before */) {}
     // It sends on a serial line, so long behind the last byte there; `silence` ends a frame.
     virtual void line_asked(time_ns /* quiet */, time_ns /* silence */) {}
     virtual void reply_torn(time_ns) {}  // a part has come, and this long before the rest

@@ -287,12 +287,21 @@ class pace_invariant : public invariant {
         : invariant(of, "pace"), judged_(!of.box_machine.modules.empty() && is_steady(of)) {
         if (judged_) every_ns_ = module_period(of);
     }
-    void started() override { modules_.clear(); }
-    void module_asked(const module_turn &turn, bool prompt, bool first) override {
+    void started() override {
+        modules_.clear();
+        left_alone_ns_.clear();
+    }
+    void module_asked(const module_turn &turn, const module_reply &before) override {
         if (!judged_) return;
-        if (first) modules_.clear();
-        if (!modules_.empty() && prompt) modules_[asked_].silent = 0;
         const time_ns now = of_.time.now();
+        if (before.none) {
+            modules_.clear();
+            left_alone_ns_.clear();
+        }
+        if (!modules_.empty() && before.prompt) modules_[asked_].silent = 0;
+        if (!modules_.empty() && !before.heard)
+            left_alone_ns_[asked_.unit] = modules_[asked_].asked_ns;
+        judge_left_alone(turn, now);
         const auto found = modules_.find(turn);
         if (found != modules_.end()) {
             const time_ns pause = now - found->second.asked_ns;
@@ -314,6 +323,14 @@ class pace_invariant : public invariant {
     }
 
   private:
+    // A reply that is late must not pass for that of another block of its module.
+    void judge_left_alone(const module_turn &turn, time_ns now) {
+        const auto without = left_alone_ns_.find(turn.unit);
+        if (without == left_alone_ns_.end() || now - without->second >= every_ns_) return;
+        violated(fmt::format("module {} is asked {} ms behind a turn without a reply", turn.unit,
+                             (now - without->second) / ms));
+    }
+
     static constexpr int most_silent = 5;
     struct module {
         time_ns asked_ns = 0;
@@ -323,6 +340,7 @@ class pace_invariant : public invariant {
     time_ns every_ns_ = 0;
     module_turn asked_ = {};
     std::map<module_turn, module> modules_;
+    std::map<int, time_ns> left_alone_ns_;  // by unit: its newest turn without a reply
 };
 
 // An adapter that is back is opened within a second or so, and used at once. Between two turns the
@@ -336,7 +354,9 @@ class adapter_invariant : public invariant {
     void asked(const question &of) override {
         if (of.on_line) plc_ns_ = of_.time.now();
     }
-    void module_asked(const module_turn &, bool, bool) override { bus_ns_ = of_.time.now(); }
+    void module_asked(const module_turn &, const module_reply &) override {
+        bus_ns_ = of_.time.now();
+    }
     void ticked() override {
         if (!judged_) return;
         judge(of_.plc_line.get(), plc_ns_, most);
@@ -369,9 +389,9 @@ class modules_invariant : public invariant {
         requests_ = old_requests_ = 0;
         start_ns_ = of_.time.now();
     }
-    void module_asked(const module_turn &turn, bool prompt, bool first) override {
+    void module_asked(const module_turn &turn, const module_reply &before) override {
         if (!judged_) return;
-        if (asked_ != nullptr && !first) settle(prompt);
+        if (asked_ != nullptr && !before.none) settle(before.prompt);
         asked_ = &modules_[turn];
         asked_->silent = of_.faults.module_is_silent(turn.unit);
         asked_->asked_ns = of_.time.now();

@@ -2832,4 +2832,164 @@ DEFECTS_BY_OTHERS = [
       "        hand->known = file;\n"
       "        if (read_text(hand, text, &why) >= 0)",
       "        if (read_text(hand, text, &why) >= 0)")),
+    ("other-suspend-keeps-slow-signals",
+     "After a forward jump of the clock by more than five periods (suspend, overload) the signals are not "
+     "forgotten, so a thermometer with a long max_age_ms stays fresh and its terms go on with the value from "
+     "before. Promised (reason 6, faults.md): all values are stale until the next reading",
+     (BOX + "box.c",
+      "    cb_signals_forget(&box->config, box->signals, &box->counters);\n"
+      "}",
+      "    if (gap_us < 0) cb_signals_forget(&box->config, box->signals, &box->counters);\n"
+      "}")),
+    ("other-enable-edge-during-outage-permits",
+     "A rising edge of enable ends the need for permission even while an essential signal is missing or no "
+     "write is confirmed. When the input comes back later the box goes ACTIVE by itself, by the level of "
+     "enable (faults.md, 'Permission': a new edge permits it when no input is missing)",
+     (BOX + "mode.c",
+      "    if (healthy(events) && events->enable && !state->enable_was) state->lost = false;",
+      "    if (events->plc_ok && events->heartbeat_ok && events->enable && !state->enable_was)\n"
+      "        state->lost = false;")),
+    ("other-late-turns-accumulate",
+     "At the end of a turn the late writes of the turn before are kept too. While now and then a write has no "
+     "reply, the oldest late value never leaves the interval, and an output stays within 2 P s of it for ever, "
+     "in RAMP too (limiter.c 'Arrival', decision 3 'Turns': it moves on after two turns at the latest)",
+     (BOX + "limiter.c",
+      "    state->older_min_um = state->late_min_um;\n"
+      "    state->older_max_um = state->late_max_um;\n",
+      "    state->older_min_um = cb_min(state->older_min_um, state->late_min_um);\n"
+      "    state->older_max_um = cb_max(state->older_max_um, state->late_max_um);\n")),
+    ("other-probe-at-the-wrap-of-its-count-is-lost",
+     "A probe whose count wraps from 65535 to 0 (or over it by a larger rise) counts as one that fell, so it "
+     "is only a reference and not taken; no counter shows it (coefficient-file.md, adapt: the count wraps; "
+     "only a fall by less than 32768 began anew)",
+     (BOX + "probes.c",
+      "    if (!counted || rise == 0 || rise > INT16_MAX) return false;",
+      "    if (!counted || now <= was || rise > INT16_MAX) return false;")),
+    ("other-new-doubt-restarts-trust-of-others",
+     "When a sensor becomes doubted, the time for which an already doubted one has agreed again is cleared "
+     "too, so its trust returns late (six sensors or more). coefficient-file.md, after_s: it is trusted after "
+     "ten times as long; only a comparison beyond the threshold or without a value begins anew",
+     (SIGNALS + "sensors.c",
+      "    for (unsigned j = 0; j < count; ++j) {\n"
+      "        if (!is_doubted(state, j)) state->us[j] = 0;\n"
+      "    }\n",
+      "    for (unsigned j = 0; j < count; ++j) state->us[j] = 0;\n")),
+    ("other-bank-remembers-what-a-doubted-sensor-reads",
+     "The lags of a bank move towards the prediction for a doubted sensor, but each step begins at its "
+     "reading. So they settle half way between the reading and the prediction, for hours after the doubt "
+     "(sensors.md: lags of banks follow what the other sensors predict)",
+     (SIGNALS + "bank.c",
+      "        state->value[inputs[i]] = cb_signal_remembered(signal);",
+      "        state->value[inputs[i]] = signal->value;")),
+    ("other-silent-bus-module-is-asked-for-its-other-block",
+     "After a turn without a reply only that turn waits for every_ms, not the other turns of the same module. "
+     "A late reply then passes for that of another block of equal length, and its numbers go to the wrong "
+     "signals (promises.md: on a bus none does that is late by up to every_ms)",
+     (SIGNALS + "bus_turns.c",
+      "    const uint8_t unit = turns->turns[turns->current].unit;\n"
+      "    const int64_t until_us = now_us + turns->every_us;\n"
+      "    for (unsigned i = 0; i < turns->count; ++i) {\n"
+      "        struct cb_bus_turn *turn = &turns->turns[i];\n"
+      "        if (turn->unit == unit && turn->due_us < until_us) turn->due_us = until_us;\n"
+      "    }\n",
+      "    struct cb_bus_turn *turn = &turns->turns[turns->current];\n"
+      "    const int64_t until_us = now_us + turns->every_us;\n"
+      "    if (turn->due_us < until_us) turn->due_us = until_us;\n")),
+    ("other-state-stopped-without-the-plc",
+     "The last state file takes 'the loop has stopped' for 'the run ended STOPPED'. A run behind a crash that "
+     "never reached the PLC then leaves a file by which the next start needs no permission, although no PLC "
+     "confirmed STOPPED",
+     (DAEMON + "main.c",
+      "    daemon->state.stopped = cb_state_ended_stopped(daemon->loop.box);\n",
+      "    daemon->state.stopped = daemon->loop.stopped;\n")),
+    ("other-stop-times-of-the-first-box",
+     "The time that a stop may take is always computed from the first box, which behind one reload is the "
+     "spare one. If the new file ramps slower, the loop is told to quit in the middle of the ramp to zero, "
+     "with exit code 1",
+     (DAEMON + "stop.c",
+      "            const int64_t longest_us = cb_box_stop_us(cb_loop_box(stop->loop)) + MARGIN_US;\n",
+      "            const int64_t longest_us = cb_box_stop_us(&stop->loop->boxes[0]) + MARGIN_US;\n")),
+    ("other-record-first-rows-behind-rotation-not-synced",
+     "Whether rows are the first of their file is asked before the full file is replaced, so the first rows "
+     "behind a rotation by size are not synced. A power cut soon afterwards leaves a file without rows, and "
+     "time_s begins at 0",
+     (OUTPUT + "record.c",
+      "    const int64_t bytes = record->whole_size + (int64_t)record->used;\n"
+      "    if (bytes > cb_archive_piece(&record->archive) && !record->is_stream) another_file(record);\n"
+      "    const bool first = record->whole_size == (int64_t)record->header_used;\n",
+      "    const int64_t bytes = record->whole_size + (int64_t)record->used;\n"
+      "    const bool first = record->whole_size == (int64_t)record->header_used;\n"
+      "    if (bytes > cb_archive_piece(&record->archive) && !record->is_stream) another_file(record);\n")),
+    ("other-pending-line-remembered-behind-the-take-over",
+     "When a pending file is taken, the daemon still remembers that its line was logged. If the same text "
+     "comes again later, behind another file, it is pending without a line in the log and without an event",
+     (DAEMON + "reload.c",
+      "    reload->offered = reload->pending = reload->pending_logged = false;\n",
+      "    reload->offered = reload->pending = false;\n")),
+    ("other-ceiling-lowers-of-a-file-that-does-not-run",
+     "ceiling.lowers of the statistics is that of the file read last instead of the running one: behind a "
+     "refused file it becomes empty, with a pending file it names channels of limits that are not in use",
+     (DAEMON + "main.c",
+      "    run->rows_lost = cb_ring_lost(&daemon->loop.ring) - (daemon->took_beside ? 1 : 0);\n"
+      "    run->lowered = daemon->reload.lowered;\n",
+      "    run->rows_lost = cb_ring_lost(&daemon->loop.ring) - (daemon->took_beside ? 1 : 0);\n"
+      "    run->lowered = daemon->reload.loaded.lowered;\n")),
+    ("other-refused-watchdog-message-counts-as-sent",
+     "A WATCHDOG=1 that systemd's full queue refuses counts as sent. It is not repeated within 50 ms but half "
+     "of WatchdogSec later, when the time of systemd is just over",
+     (DAEMON + "supervise.c",
+      "    if (is_due(steps, supervise->notify_steps, now_us, supervise->notify_fed_us,\n"
+      "               supervise->notify_us) &&\n"
+      "        notify(supervise, \"WATCHDOG=1\")) {\n"
+      "        supervise->notify_steps = steps;\n"
+      "        supervise->notify_fed_us = now_us;\n"
+      "    }\n",
+      "    if (is_due(steps, supervise->notify_steps, now_us, supervise->notify_fed_us,\n"
+      "               supervise->notify_us)) {\n"
+      "        supervise->notify_steps = steps;\n"
+      "        supervise->notify_fed_us = now_us;\n"
+      "        notify(supervise, \"WATCHDOG=1\");\n"
+      "    }\n")),
+    ("other-answered-write-outlives-its-connection",
+     "That a write was answered is not forgotten with the connection. A PLC that once worked and now closes "
+     "the connection at each write is proven by its readings alone, and is reconnected without the pause from "
+     "50 ms to 1 s",
+     (LINUX + "tcp.c",
+      "    tcp->awaiting = tcp->read_answered = tcp->write_answered = false;\n",
+      "    tcp->awaiting = tcp->read_answered = false;\n")),
+    ("other-read-back-of-long-ago-counts",
+     "A read-back that had the cycle before for itself (fc23, slow PLC) counts although up to five periods lie "
+     "between it and the reading, for example behind a pause of the loop; decision 5 allows two",
+     ("hal/cycle.c",
+      "    const int64_t most_us = (int64_t)CB_STEP_PERIODS * box->config.period_us;\n",
+      "    const int64_t most_us = (int64_t)CB_CLOCK_PERIODS * box->config.period_us;\n")),
+    ("other-measurement-of-the-run-before-is-taken-again",
+     "Lines that the measured file has at the start are not remembered. When another name is measured within "
+     "five minutes of a restart, the file is read again and the old measurement is taken a second time",
+     (LINUX + "hand.c",
+      "    of->line = *line;\n"
+      "    if (same || !look->hand->begun) return;\n",
+      "    if (same || !look->hand->begun) return;\n"
+      "    of->line = *line;\n")),
+    ("other-rtu-no-doubt-behind-a-lost-device",
+     "A serial device that is found lost while the box waits for silence leaves no doubt. Behind the replugged "
+     "adapter the first request goes out without a probe, so an old reply can count for it",
+     (LINUX + "rtu.c",
+      "    if (rtu->serial.disconnects != disconnects) {\n"
+      "        rtu->counters.device_errors++;\n"
+      "        cb_rtu_dialog_doubt(&rtu->dialog);\n"
+      "    }\n"
+      "    return got;\n",
+      "    if (rtu->serial.disconnects != disconnects) rtu->counters.device_errors++;\n"
+      "    return got;\n")),
+    ("other-input-record-has-the-exchange-behind-the-step",
+     "The input record of a cycle has the exchange time that the write behind its step has measured, not the "
+     "one that the step got. With a measured lead and exchanges of different lengths the replay computes other "
+     "bits",
+     (DAEMON + "loop.c",
+      "    row->in = cycle->in;\n"
+      "    row->in.exchange_us = cycle->step_exchange_us;\n"
+      "    row->in.last_write",
+      "    row->in = cycle->in;\n"
+      "    row->in.last_write")),
 ]

@@ -296,7 +296,8 @@ void run::connect_wires() {
         bus_line->asks = [this](const serial_line::question &before,
                                 const fakeplc::byte_string &now, time_ns quiet) {
             each([&](invariant &one) {
-                one.module_asked({now[0], word(now, 2)}, before.prompt, before.frame.empty());
+                one.module_asked({now[0], word(now, 2)},
+                                 {before.frame.empty(), before.prompt, before.heard});
                 one.line_asked(quiet, bus_line->silence());
             });
         };

@@ -181,6 +181,7 @@ void serial_line::deliver(const fakeplc::byte_string &bytes, time_ns from) {
         of_.time.at(from, [this, part, plug = plugs_] {
             if (!plugged_ || plug != plugs_) return;
             inbox_ += part;
+            newest_.heard = true;
             busy_ns_ = std::max(busy_ns_, of_.time.now());
             of_.hash.add(part);
             of_.changed();

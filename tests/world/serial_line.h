@@ -40,6 +40,7 @@ class serial_line {
         bool settled = false, refused = false;
         bool prompt = false;   // it came whole, and on time by any deadline …
         bool damaged = false;  // … or with a wrong check sum alone
+        bool heard = false;    // something came since, its own or of before
     };
     // Called when the box sends the next one. quiet: since the last byte that came to it, or that
     // it sent; never: it has not read all.
