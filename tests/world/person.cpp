@@ -18,6 +18,7 @@ void person::daemon_starts() {
     um_ = 0;
     count_ = 0;
     started_ns_ = time_.now();
+    repeats_ = links_.one_in(2);
     tell();
 }
 
@@ -70,7 +71,8 @@ void person::measure() {
     // Who counts anew each day may come to the same number.
     if (before_.empty() || !chance_.one_in(6)) number_ = (number_ + 1) % 65536;
     const std::string before = std::exchange(before_, "");
-    switch (chance_.below(8)) {
+    const bool repeats = std::exchange(repeats_, false) && !before.empty();
+    switch (repeats ? 3 : chance_.below(8)) {
         case 0:
         case 1:
             return put(mistake(now_s));

@@ -40,6 +40,7 @@ class person {
     double um_ = 0;           // of the newest measurement
     unsigned count_ = 0;      // since the daemon's start
     time_ns started_ns_ = 0;  // when the daemon started
+    bool repeats_ = false;    // the newest measurement of before the daemon began
     unsigned number_ = 0;     // of the newest line
     unsigned files_ = 0;
     std::string before_;      // number and time of that one, if the box took it
