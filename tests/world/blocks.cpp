@@ -185,6 +185,15 @@ bool is_steady(const run &of) {
                            fault_kind::partial, fault_kind::boundary});
 }
 
+time_ns ramp_ns(const machine &facts, double least_um) {
+    double longest_s = 0;
+    for (const channel_facts &channel : facts.channels) {
+        const double per_s = std::min(channel.slew_um_per_s, facts.ramp_um_per_s);
+        longest_s = std::max(longest_s, std::max(channel.limit_um, least_um) / per_s);
+    }
+    return static_cast<time_ns>(1e9 * longest_s);
+}
+
 time_ns longest_lag(const run &of) {
     if (draws_any(of, {fault_kind::stall, fault_kind::suspend})) return never;
     return draws_any(of, {fault_kind::delay, fault_kind::preempt, fault_kind::disk,

@@ -41,11 +41,15 @@ class adapted_invariant : public invariant {
         for (const auto &one : snapshot.value("adapted", json::array())) {
             judge_bounds(one, of_.with_revision(snapshot.at("revision")));
             judge_counts(one);
-            judge_model(one, snapshot);
+            const auto taken = one.at("taken").get<std::uint64_t>();
+            const bool is_taken = std::exchange(taken_, taken) != taken;
+            judge_model(one, snapshot, is_taken);
+            // Two probes may take it there and back, and the term is one of them behind.
+            if (is_taken) settled_.reset();
             const bool is_active = snapshot.value("mode", "") == "ACTIVE" && !may_fade(snapshot);
             if (!is_active) settled_.reset();
             const auto term = term_of(one, snapshot.at("terms"));
-            if (term) judge_settled(one, *term, is_active);
+            if (term) judge_settled(*term, is_active);
             if (!term || !is_active) moves_.reset();
             if (term && !draws(of_, fault_kind::sensors)) judge_arrives(*term, snapshot);
         }
@@ -111,12 +115,11 @@ class adapted_invariant : public invariant {
     // As long as no probe of a model was taken, the term is as uncertain as the model says of
     // itself. A probe that came with the newest snapshot may be one of the file before. A restart
     // has the models of its state file.
-    void judge_model(const json &one, const json &snapshot) {
+    void judge_model(const json &one, const json &snapshot, bool is_taken) {
         const machine *of = of_.with_revision(snapshot.at("revision"));
         const std::string output = one.at("of");
         const std::string model = of != nullptr ? model_of(*of, output) : "";
-        if (std::exchange(probed_, one.at("taken").get<unsigned>()) != one.at("taken"))
-            measured_models_ = {model, shown_model_};
+        if (is_taken) measured_models_ = {model, shown_model_};
         shown_model_ = model;
         const auto own_um = number_at(snapshot.at("terms"), output, "sigma_um");
         if (model.empty() || !own_um || !one.at("sigma_um").is_number() || *own_um > 1e3 ||
@@ -152,7 +155,7 @@ class adapted_invariant : public invariant {
     }
     // What a probe has made of the term stays, also with another file, until the next
     // probe. A start takes it up at once, with the state file.
-    void judge_settled(const json &one, const shown_term &term, bool is_active) {
+    void judge_settled(const shown_term &term, bool is_active) {
         const auto &filter = term.filter;
         newest_ = filter;
         // Zeros until the daemon has given the box its state.
@@ -161,9 +164,6 @@ class adapted_invariant : public invariant {
         const double most_um = adapts_[0].at("bias_max_um");
         const bool at_bound = std::fabs(filter.first) >= most_um * (1 - 1e-6);
         if (at_bound) resumed_.reset();
-        // Two probes may take it there and back, and the term is one of them behind.
-        const auto taken = one.value("taken", std::uint64_t{0});
-        if (std::exchange(taken_, taken) != taken) settled_.reset();
         if (resumed_ == filter && is_active) settled_ = std::exchange(resumed_, std::nullopt);
         const bool settled = std::fabs(term.is_um - term.want_um) <
                              1e-3 + 1e-4 * (std::fabs(term.model_um) + std::fabs(term.want_um));
@@ -210,7 +210,6 @@ class adapted_invariant : public invariant {
     std::uint64_t measured_ = 0;
     using bias_and_gain = std::optional<std::pair<double, double>>;
     std::uint64_t taken_ = 0;                // probes, by a snapshot
-    unsigned probed_ = 0;                    // likewise
     std::set<std::string> measured_models_;  // by the newest of them, one of these
     std::string shown_model_;
     bias_and_gain settled_;  // if the term has arrived there

@@ -129,9 +129,10 @@ class service_status_invariant : public invariant {
         most_ns_ = std::stoll(words.substr(words.rfind('=') + 1)) * us;
         // One whose memory is not sound writes nothing any more.
         const bool moves = since_ns_ != never && !draws(of_, fault_kind::memory);
-        if (moves && is_regular(of_) && stopping_ns_ - taken_ns_ > second && most_ns_ < way_ns())
+        const time_ns away_ns = ramp_ns(of_.running(), 0);
+        if (moves && is_regular(of_) && stopping_ns_ - taken_ns_ > second && most_ns_ < away_ns)
             violated(fmt::format("it promises to stop within {} ms, and zero is {} ms away",
-                                 most_ns_ / ms, way_ns() / ms));
+                                 most_ns_ / ms, away_ns / ms));
     }
     void taken(const machine &, const machine &) override { taken_ns_ = of_.time.now(); }
     void logged(const std::string &line) override {
@@ -159,15 +160,6 @@ class service_status_invariant : public invariant {
                    std::tie(other.mode, other.reason, other.revision);
         }
     };
-    // From the limit of an output of the file that runs.
-    time_ns way_ns() const {
-        double longest_s = 0;
-        for (const channel_facts &channel : of_.running().channels)
-            longest_s = std::max(
-                longest_s,
-                channel.limit_um / std::min(channel.slew_um_per_s, of_.running().ramp_um_per_s));
-        return static_cast<time_ns>(1e9 * longest_s);
-    }
     // The newest words, which may be of a block that has yet to come if they are not old.
     struct claim {
         std::string words;

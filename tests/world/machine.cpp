@@ -1579,11 +1579,11 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
             tangent["slope_limit"] = rounded(1.05 * tangent["slope_limit"].get<double>());
         tangent["slope_slew_per_s"] = rounded(1.5 * tangent["slope_slew_per_s"].get<double>());
     }
-    // What a term has learnt may be beyond its bounds in the next file.
     // Another probe of the control counts.
     const bool counts = dice(of.twin.seed + revision, "count").one_in(4);
     for (json &term : root["terms"])
         if (counts && term.contains("probe")) term["probe"]["count"] = other_probe_count;
+    // What a term has learnt may be beyond its bounds in the next file.
     dice learnt(of.twin.seed + revision, "adapt");
     for (json &term : root["terms"])
         for (const char *bound : {"bias_max_um", "gain_max"})

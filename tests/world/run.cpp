@@ -28,17 +28,6 @@ constexpr double largest_before_um = 300.0;  // of any output of the machines th
 constexpr time_ns restart_pause = 2 * second;
 constexpr std::uint64_t most_recorded = 20000;  // cycles of a record, which must fit on the disk
 
-// out: the longest way to zero by the file's own rates. A hostile file may be slow, and an output
-// that the file before it allowed is further away than its limit.
-time_ns longest_ramp(const machine &facts) {
-    double longest_s = 0;
-    for (const channel_facts &channel : facts.channels) {
-        const double per_s = std::min(channel.slew_um_per_s, facts.ramp_um_per_s);
-        longest_s = std::max(longest_s, std::max(channel.limit_um, largest_before_um) / per_s);
-    }
-    return static_cast<time_ns>(1e9 * longest_s);
-}
-
 // Some machines have one, mostly below the limits of the file.
 std::optional<site_ceiling> ceiling_of(const machine &of, std::uint64_t seed) {
     dice chance(seed, "ceiling");
@@ -558,7 +547,8 @@ void run::ask_to_stop() {
     if (asked_to_stop) return;
     asked_to_stop = stop_asked = true;
     end_faults();
-    time.at(time.now() + longest_stop + longest_ramp(running()), [this] { time.stop(); });
+    time.at(time.now() + longest_stop + ramp_ns(running(), largest_before_um),
+            [this] { time.stop(); });
     if (!box.runs()) {
         time.stop();
         return;
