@@ -336,6 +336,7 @@ class start_invariant : public invariant {
 
 // Behind an outage an output goes on from what the PLC applies, else from what it holds; from zero
 // if the PLC has restarted or refuses the read-back: what was sent before may be gone (decision 5).
+// Until the first write the PLC may move on by itself.
 class outage_invariant : public invariant {
   public:
     explicit outage_invariant(run &of)
@@ -398,14 +399,15 @@ class outage_invariant : public invariant {
         as_written.decoded_for = nullptr;
         as_written.written = seen.read;
         held_ = block_of(facts, as_written);
+        found_um_ = applied_um_;
         found_ns_ = seen.sent;
     }
     // Two motors whose values were read on their way may be too far apart.
     bool is_joined(const machine &facts, std::size_t c) const {
         return std::any_of(
             facts.pairs.begin(), facts.pairs.end(), [this, c](const pair_facts &pair) {
-                return (pair.first == c || pair.second == c) && pair.second < applied_um_.size() &&
-                       std::fabs(applied_um_[pair.first] - applied_um_[pair.second]) > pair.most_um;
+                return (pair.first == c || pair.second == c) && pair.second < found_um_.size() &&
+                       std::fabs(found_um_[pair.first] - found_um_[pair.second]) > pair.most_um;
             });
     }
     void judge(const machine &facts, const written_block &block) {
@@ -420,10 +422,13 @@ class outage_invariant : public invariant {
                                      channel.name, block.um[c]));
                 continue;
             }
-            const bool applies = channel.has_applied && c < applied_um_.size();
-            const double from_um = applies ? applied_um_[c] : restarted_ ? 0.0 : held_.um[c];
+            const bool applies = channel.has_applied && c < found_um_.size();
+            const double from_um = applies ? found_um_[c] : restarted_ ? 0.0 : held_.um[c];
             if (!(std::fabs(from_um) <= channel.limit_um) || is_joined(facts, c)) continue;
-            if (std::fabs(block.um[c] - from_um) > reach)
+            const double now_um = applies ? applied_um_[c] : from_um;
+            const double nearest_um =
+                std::clamp(block.um[c], std::min(from_um, now_um), std::max(from_um, now_um));
+            if (std::fabs(block.um[c] - nearest_um) > reach)
                 violated(fmt::format("behind an outage {} goes on from {} µm, the PLC has {} µm",
                                      channel.name, block.um[c], from_um));
         }
@@ -434,6 +439,8 @@ class outage_invariant : public invariant {
     found found_ = found::nothing;  // by the newest read-back since the outage
     written_block held_;
     std::vector<double> applied_um_;  // of the newest reading; NaN: the channel has none
+    std::vector<double> found_um_;    // of the one before that read-back; with "fc23" the box takes
+                                      // the one behind it
     std::uint16_t beat_ = 0;          // of that one, if there is one
     bool beats_ = false, restarted_ = false;
 };

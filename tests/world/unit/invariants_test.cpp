@@ -362,6 +362,8 @@ const edge edges[] = {
     {"record", 4335, 2500, "all", nullptr},
     // What an adapted term has learnt is beyond the bounds of the next file.
     {"adapted", 404, 2500, "reload", nullptr},
+    // What a PLC applies moves on between the read-back and the first write, a cycle later.
+    {"outage", 12, 2510, "plc_stop,reader", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
