@@ -8,6 +8,7 @@
 #include <ostream>
 #include <string>
 
+#include "host-tools/coefficients/load.h"
 #include "host-tools/command_line/summary.h"
 #include "host-tools/compbox/commands.h"
 #include "host-tools/formats/error.h"
@@ -21,6 +22,7 @@ namespace compbox {
 namespace {
 
 constexpr std::uint64_t most_seeds = 10000;
+constexpr std::size_t largest_recording = std::size_t{1} << 30;  // bytes
 
 struct simulate_options {
     std::string scenario, folder, seeds, statistics, log, recording;
@@ -116,8 +118,9 @@ void run_replay(const simulate_options &options, const cli::streams &io) {
         options.plots || !options.folder.empty()) {
         throw cli::usage_error("--replay", "goes with the coefficient file alone");
     }
-    const simulation::replay_result result =
-        simulation::replay(options.scenario, options.recording);
+    const auto config = coefficients::load_coefficients(options.scenario);
+    const simulation::replay_result result = simulation::replay(
+        *config, options.recording, formats::read_file(options.recording, largest_recording));
     if (!result.difference.empty()) {
         throw input_error(options.recording + ": " + result.difference +
                           ": another coefficient file or another version");

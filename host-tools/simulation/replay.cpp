@@ -9,10 +9,8 @@
 #include <memory>
 #include <sstream>
 
-#include "host-tools/coefficients/load.h"
 #include "host-tools/formats/csv.h"
 #include "host-tools/formats/error.h"
-#include "host-tools/formats/file.h"
 #include "host-tools/formats/text.h"
 
 extern "C" {
@@ -29,7 +27,6 @@ constexpr const char *header =
     "number,generation,now_us,read_us,exchange_us,read_ok,last_write,held,stop,missed_ticks,"
     "samples,"
     "registers,held_registers,mode,channels,written";
-constexpr std::size_t largest_file = std::size_t{1} << 30;
 constexpr std::int64_t longest_time_us = INT64_MAX / 4;  // differences and sums of times then fit
 
 enum column {
@@ -270,16 +267,17 @@ void start_as_recorded(cb_box &box, const std::string &recording, std::istringst
 
 }  // namespace
 
-replay_result replay(const std::string &coefficients, const std::string &recording) {
+replay_result replay(const cb_config &config, const std::string &recording,
+                     const std::string &text) {
     const auto box = std::make_unique<cb_box>();
-    box->config = *coefficients::load_coefficients(coefficients);
-    std::istringstream text(formats::read_file(recording, largest_file));
+    box->config = config;
+    std::istringstream rows(text);
     replay_result result;
-    start_as_recorded(*box, recording, text);
+    start_as_recorded(*box, recording, rows);
     std::string row;
     cb_outputs out = {};
     std::int64_t first_us = 0;
-    for (long at = 4; std::getline(text, row); ++at) {
+    for (long at = 4; std::getline(rows, row); ++at) {
         const recorded_line line(recording, at, row);
         if (line.whole<std::uint32_t>(generation, UINT32_MAX) != 0) {
             result.remarks.push_back("another coefficient file took over at line " +

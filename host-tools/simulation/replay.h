@@ -6,6 +6,10 @@
 #include <string>
 #include <vector>
 
+extern "C" {
+#include "firmware/config/config.h"
+}
+
 namespace compbox::simulation {
 
 struct replay_result {
@@ -15,8 +19,9 @@ struct replay_result {
     std::vector<std::string> remarks;  // why not all of it was stepped
 };
 
-// in : the coefficient file that the recording began with
-// Throws input_error where a file is not what it should be.
-replay_result replay(const std::string &coefficients, const std::string &recording);
+// in : the coefficient file that the recording began with; text of the recording, and its name
+// Throws input_error where the recording is not what it should be.
+replay_result replay(const cb_config &config, const std::string &recording,
+                     const std::string &text);
 
 }  // namespace compbox::simulation

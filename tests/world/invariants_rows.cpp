@@ -11,15 +11,21 @@
 #include <cstdlib>
 #include <ctime>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <utility>
 
 #include "host-tools/formats/text.h"
+#include "host-tools/simulation/replay.h"
 #include "tests/world/blocks.h"
 #include "tests/world/invariants.h"
 #include "tests/world/reference.h"
 #include "tests/world/run.h"
+
+extern "C" {
+#include "firmware/load/load.h"
+}
 
 namespace compbox::world {
 
@@ -449,7 +455,7 @@ class rows_invariant : public invariant {
 
 // The recorded inputs are what the PLC gave and got (docs/compboxd.md, "Inputs to the bit"): the
 // registers of a row are those of a reading, what it wrote came to the PLC, and nothing was written
-// before the first contact.
+// before the first contact. `compbox simulate --replay` gets the bits that the box wrote.
 class inputs_invariant : public invariant {
   public:
     explicit inputs_invariant(run &of)
@@ -460,18 +466,22 @@ class inputs_invariant : public invariant {
     void started() override {
         readings_.clear();
         writes_.clear();
+        coefficients_.clear();
     }
     void exchanged(const exchange &seen) override {
-        if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);
+        if (coefficients_.empty()) coefficients_ = facts.text;
+        if (!judged_) return;
         if (!seen.written.empty()) writes_.insert(hex(seen.written));
         if (is_reading(facts, seen) && seen.duration != never) readings_.insert(hex(seen.read));
     }
     void ended(const ending &how) override {
-        if (!judged_ || how.by_signal) return;
+        if (!of_.keeps_inputs() || how.by_signal) return;
         const std::string text = of_.box.files.text(run::inputs_path);
         const auto header = text.find("number,");
         if (header == std::string::npos) return;
+        if (!coefficients_.empty()) replay(text);
+        if (!judged_) return;
         row_reader rows(text.substr(header));
         bool contact = false;
         std::size_t strange = 0;
@@ -492,6 +502,22 @@ class inputs_invariant : public invariant {
     }
 
   private:
+    void replay(const std::string &text) {
+        if (draws_any(of_, {fault_kind::memory, fault_kind::disk, fault_kind::links})) return;
+        const auto config = std::make_unique<cb_config>();
+        const auto scratch = std::make_unique<cb_load_scratch>();
+        cb_message message = {};
+        const cb_target any = {"the world", 255, 255, 0};
+        if (cb_config_load(config.get(), coefficients_.data(), coefficients_.size(), &any,
+                           scratch.get(), &message) != CB_OK)
+            return violated(fmt::format("the file does not load: {}", message.text));
+        try {
+            const auto result = simulation::replay(*config, "inputs", text);
+            if (!result.difference.empty()) violated("replayed: " + result.difference);
+        } catch (const std::exception &wrong) {
+            violated(fmt::format("not to be replayed: {}", wrong.what()));
+        }
+    }
     static std::string hex(const std::vector<std::uint16_t> &words) {
         std::string text;
         for (const std::uint16_t word : words) text += fmt::format("{:04x}", word);
@@ -500,6 +526,7 @@ class inputs_invariant : public invariant {
 
     bool judged_;
     std::set<std::string> readings_, writes_;  // of this daemon
+    std::string coefficients_;                 // the file that it began with
 };
 
 }  // namespace
