@@ -88,6 +88,7 @@ serial_line::serial_line(computer &of, const std::string &device, std::uint64_t 
     of.files.make_device(device, [this]() -> std::shared_ptr<open_file> {
         refused += !plugged_;
         if (!plugged_) return nullptr;
+        busy_ns_ = std::max(busy_ns_, of_.time.now());  // what came before, nobody knows
         return std::make_shared<line_file>(*this);
     });
 }
