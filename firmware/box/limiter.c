@@ -401,10 +401,9 @@ void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *c
     place(config, channels, start, place_um);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
-        const float low_um = start[i].certain ? place_um[i] : state->possible_min_um;
-        const float high_um = start[i].certain ? place_um[i] : state->possible_max_um;
         state->output_um = state->sent_um = place_um[i];
-        holds(state, cb_min(low_um, place_um[i]), cb_max(high_um, place_um[i]), state->late_us > 0);
+        holds(state, cb_min(start[i].low_um, place_um[i]), cb_max(start[i].high_um, place_um[i]),
+              state->late_us > 0);
         state->carry_um = 0.0f;
     }
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "tests/support/box_fixture.h"
 
@@ -308,6 +309,33 @@ TEST(box_at_rest, is_standby_by_the_plcs_wish_with_all_at_zero) {
     EXPECT_TRUE(cb_box_at_rest(rig.box.get()));
     rig.box->channels[0].possible_max_um = 1;
     EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "the PLC may hold something else";
+}
+
+// The PLC returns after an outage with enable off and an offset of zero, but an old register.
+// out: whether the box is at rest before it has written, and behind the confirmed write
+std::pair<bool, bool> rests_behind_an_old_register(cb_transfer held, double register_um) {
+    config_builder b = original();
+    b.config->channels[0].has_applied = true;
+    b.config->channels[0].applied_reg = 20;
+    reload_rig rig(b);
+    rig.go_away();
+    rig.come_back();
+    rig.in.held = held;
+    rig.control(2);
+    put_int32(rig.in.held_registers + 4, register_um / 0.01);
+    rig.step();
+    const bool before = cb_box_at_rest(rig.box.get());
+    EXPECT_EQ(rig.written(4), 0);
+    rig.steps(300);
+    return {before, cb_box_at_rest(rig.box.get())};
+}
+
+// Otherwise the channel might change its register, and the old one would keep its value.
+TEST(box_at_rest, is_not_before_the_plc_has_confirmed_zero) {
+    using both = std::pair<bool, bool>;
+    const both later(false, true);
+    EXPECT_EQ(rests_behind_an_old_register(CB_TRANSFER_OK, -60), later);
+    EXPECT_EQ(rests_behind_an_old_register(CB_TRANSFER_REFUSED, 0), later);
 }
 
 TEST(box_at_rest, is_not_standby_for_want_of_a_plc) {

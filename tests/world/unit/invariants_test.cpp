@@ -364,6 +364,10 @@ const edge edges[] = {
     {"adapted", 404, 2500, "reload", nullptr},
     // What a PLC applies moves on between the read-back and the first write, a cycle later.
     {"outage", 12, 2510, "plc_stop,reader", nullptr},
+    // Behind a contact the PLC applies zero, and its register has an old value: a defect of the
+    // product. A bus sends as soon as its device is open: another one.
+    {"reload", 15, 5060, "loss,reload,line", nullptr},
+    {"gap", 101236, 10, "delay,hostile,sensors", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
