@@ -39,12 +39,6 @@ static void keep_silent(struct cb_rtu *rtu, int64_t last_us) {
     if (free_us > rtu->line_free_us) rtu->line_free_us = free_us;
 }
 
-/* The line of a device that was opened since the last request may be amid a frame. */
-static void note_opening(struct cb_rtu *rtu) {
-    if (rtu->connects != rtu->serial.connects) keep_silent(rtu, cb_boottime_us());
-    rtu->connects = rtu->serial.connects;
-}
-
 /* Takes the pending bytes, without waiting. The line is free 3.5 characters after them, and after a
  * request that is still on its way. They may have come since now_us, if this thread did not run. */
 static size_t receive(struct cb_rtu *rtu, uint8_t *bytes, size_t size, int64_t now_us) {
@@ -216,7 +210,6 @@ static enum cb_rtu_end exchange_once(struct cb_rtu *rtu, enum cb_rtu_send what, 
         rtu->counters.not_connected++;
         return CB_RTU_END_NOT_SENT;
     }
-    note_opening(rtu);
     const enum cb_rtu_end silence = find_silence(rtu, until_us);
     if (silence == CB_RTU_END_NOT_SENT) {
         rtu->counters.not_connected += rtu->serial.fd < 0;

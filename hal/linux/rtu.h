@@ -57,7 +57,6 @@ struct cb_rtu {
     uint8_t unit;                /* of the PLC */
     int64_t line_free_us;        /* earliest start of a frame: 3.5 characters after the last one */
     uint32_t between_us;         /* those 3.5 characters */
-    uint32_t connects;           /* openings of the device until the last request */
 };
 
 /* Starts the line to the PLC; manners as in cb_rtu_dialog_start, opener as in cb_serial_start. The

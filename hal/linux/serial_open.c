@@ -9,8 +9,11 @@
 #include <sys/stat.h>
 #include <sys/sysmacros.h>
 #include <termios.h>
+#include <time.h>
 #include <unistd.h>
 
+#include "firmware/wire/rtu_line.h"
+#include "hal/linux/clock.h"
 #include "hal/linux/serial_opener.h"
 
 static const struct {
@@ -94,6 +97,12 @@ static struct cb_serial_opened not_taken(int fd, int error) {
     return (struct cb_serial_opened){.fd = -1, .error = error};
 }
 
+/* A frame may be on its way: none begins within 3.5 characters (Modbus over serial line, 2.5.1). */
+static void await_silence(const struct cb_rtu_line *line) {
+    const struct timespec silence = cb_timespec(cb_rtu_silences(line).between_us * 1000LL);
+    nanosleep(&silence, NULL);
+}
+
 struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     const int fd = open(config->device, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0) return failed(fd, errno);
@@ -103,6 +112,7 @@ struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     if (error == 0 && config->rs485) error = switch_driver_by_rts(fd);
     if (error != 0) return failed(fd, error);
     request_low_latency(fd);
+    await_silence(&config->line);
     tcflush(fd, TCIOFLUSH);
     return (struct cb_serial_opened){.fd = fd};
 }
