@@ -98,10 +98,9 @@ class lags_invariant : public invariant {
     // a later file has it.
     void taken(const machine &was, const machine &is) override {
         if (!judged_) return;
-        const bool holds_others = held_ranges(was) != held_ranges(is);
         for (auto lag = lags_.begin(); lag != lags_.end();) {
             const bool of_bank = lag->first.signal.empty();
-            const bool gone = of_bank ? holds_others || !has_bank_lag(is, lag->first)
+            const bool gone = of_bank ? held_ranges(was, lag->first) != held_ranges(is, lag->first)
                                       : is.signal(lag->first.signal) == nullptr;
             lag = gone || lag->second.of_file ? lags_.erase(lag) : std::next(lag);
         }
@@ -161,27 +160,21 @@ class lags_invariant : public invariant {
         bool of_file;  // it was read, and no file written since
     };
 
-    using held_range = std::tuple<std::string, double, double>;  // input, and where it is held
-    static std::set<held_range> held_ranges(const machine &of) {
-        std::set<held_range> found;
+    // out: where the banks that have the lag hold its input
+    static std::multiset<std::pair<double, double>> held_ranges(const machine &of,
+                                                                const lag_key &key) {
+        std::multiset<std::pair<double, double>> found;
         for (const json &term : of.file().at("terms")) {
             if (!term.contains("bank")) continue;
-            const std::vector<trained_range> ranges = ranges_of(term.at("bank"));
+            const json &bank = term.at("bank");
+            const std::vector<trained_range> ranges = ranges_of(bank);
+            const auto has = [&key](const json &tau_s) { return tau_s.get<float>() == key.tau_s; };
+            if (std::none_of(bank.at("tau_s").begin(), bank.at("tau_s").end(), has)) continue;
             for (std::size_t i = 0; i < ranges.size(); ++i)
-                found.emplace(term.at("bank").at("inputs")[i], ranges[i].held(-1e30),
-                              ranges[i].held(1e30));
+                if (bank.at("inputs")[i] == key.of)
+                    found.emplace(ranges[i].held(-1e30), ranges[i].held(1e30));
         }
         return found;
-    }
-    static bool has_bank_lag(const machine &of, const lag_key &key) {
-        for (const json &term : of.file().at("terms")) {
-            if (!term.contains("bank")) continue;
-            const json &bank = term.at("bank"), &inputs = bank.at("inputs");
-            if (std::find(inputs.begin(), inputs.end(), key.of) == inputs.end()) continue;
-            for (const json &tau_s : bank.at("tau_s"))
-                if (tau_s.get<float>() == key.tau_s) return true;
-        }
-        return false;
     }
     static lag_key key_of(const state_file::record &record) {
         const std::string signal = record.name;
