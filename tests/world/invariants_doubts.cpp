@@ -26,7 +26,9 @@ namespace {
 
 class doubts_invariant : public invariant {
   public:
-    explicit doubts_invariant(run &of) : invariant(of, "doubts") {
+    explicit doubts_invariant(run &of)
+        : invariant(of, "doubts"),
+          names_judged_(!draws_any(of, {fault_kind::memory, fault_kind::hostile})) {
         // Another file ends all doubts, at a moment that nobody outside knows.
         if (hides_exchanges(of) || of.box_machine.redundant.empty() ||
             draws(of, fault_kind::reload))
@@ -62,6 +64,7 @@ class doubts_invariant : public invariant {
         past_.clear();
     }
     void exchanged(const exchange &seen) override {
+        if (names_judged_ && !seen.written.empty()) judge_name(of_.author_of(seen), seen);
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen));
@@ -100,6 +103,23 @@ class doubts_invariant : public invariant {
     static std::uint64_t counted_in(const nlohmann::json &all) {
         return all.at("box").value("sensors_doubted", std::uint64_t{0});
     }
+    // Also with files that check fewer sensors, or none.
+    void judge_name(const machine &author, const exchange &seen) {
+        const written_block block = block_of(author, seen);
+        if (block.reason != box_reason::degraded || !author.map.detail ||
+            block.detail >> 8 != doubted)
+            return;
+        const nlohmann::json &root = author.file();
+        const std::size_t place = block.detail & 0xFFu;
+        if (place < 1 || place > root.at("signals").size())
+            return violated(
+                fmt::format("the detail is {:#x}, no signal has this place", block.detail));
+        const nlohmann::json &of = root.at("signals")[place - 1].at("name");
+        const nlohmann::json sensors = root.value("sensors", nlohmann::json::object());
+        const nlohmann::json names = sensors.value("signals", nlohmann::json::array());
+        if (std::find(names.begin(), names.end(), of) == names.end())
+            violated(fmt::format("{} is doubted, and no sensor checks it", of.get<std::string>()));
+    }
     void judge(const machine &facts, const written_block &block) {
         using namespace box_reason;
         if (block.mode != fakeplc::box_mode::active) return;
@@ -108,11 +128,7 @@ class doubts_invariant : public invariant {
                             block.reason == extrapolated || block.reason == drifted;
         const bool names = block.reason == degraded && facts.map.detail;
         const std::string named = names && block.detail >> 8 == doubted ? signal_of(block) : "";
-        if (names && named.empty() && block.detail >> 8 == doubted)
-            violated(fmt::format("the detail is {:#x}, no signal has this place", block.detail));
-        bool known = named.empty();
         for (std::size_t j = 0; j < watch.names().size(); ++j) {
-            known = known || watch.names()[j] == named;
             if (watch.doubts(j) && passes)
                 violated(fmt::format("{} contradicts the others, and the box uses it",
                                      watch.names()[j]));
@@ -122,7 +138,6 @@ class doubts_invariant : public invariant {
             if (watch.trusts(j) && named == watch.names()[j])
                 violated(fmt::format("{} is doubted too early, or agrees with the others", named));
         }
-        if (!known) violated(fmt::format("{} is doubted, and no sensor checks it", named));
     }
     // What the lags of doubted sensors were in the newest time.
     void keep_lags() {
@@ -158,6 +173,7 @@ class doubts_invariant : public invariant {
         return place >= 1 && place <= signals_.size() ? signals_[place - 1] : "";
     }
 
+    bool names_judged_;
     std::optional<reference_box> box_;
     std::vector<std::string> signals_;  // in the order of the file
     bool reads_ = false;                // the newest reading came whole

@@ -1490,6 +1490,14 @@ void drop_term(json &root, std::size_t index) {
         }
 }
 
+// The last sensor is neither doubted any more, nor asked about the others.
+void check_fewer(json &sensors) {
+    const std::size_t left = sensors["signals"].size() - 1;
+    if (left < 3) return;
+    for (const char *key : {"signals", "center", "precision"}) sensors[key].erase(left);
+    for (json &row : sensors["precision"]) row.erase(left);
+}
+
 // Nodes of CAN whose signal is read no longer.
 void drop_nodes(json &root) {
     if (!root.contains("can")) return;
@@ -1610,8 +1618,11 @@ std::string another_file(const machine &of, dice &chance, unsigned revision) {
         ramp_um_per_s = rounded(ramp.log_between(0.1, 0.9) * ramp_um_per_s.get<double>());
     // The NC is not asked any more.
     if (dice(of.twin.seed + revision, "handshake").one_in(4)) plc.erase("handshake");
-    // Nothing doubts a sensor any more.
-    if (dice(of.twin.seed + revision, "sensors").one_in(4)) root.erase("sensors");
+    dice checks(of.twin.seed + revision, "sensors");
+    if (checks.one_in(4))
+        root.erase("sensors");  // nothing doubts one any more
+    else if (root.contains("sensors") && checks.one_in(3))
+        check_fewer(root["sensors"]);
     if (root.contains("pairs") && own.one_in(12)) root.erase("pairs");
     if (root.contains("pairs") && own.one_in(6)) {
         double most = root["pairs"][0]["max_difference_um"];

@@ -240,7 +240,7 @@ const edge edges[] = {
     {"reload", 101131, 5000,
      "delay,reset,twice,enable,power_cut,restart,reload,state,stall,plc_stop,boundary,reader",
      nullptr},
-    {"reload", 6000640, 6000, "reload", no_offer},
+    {"reload", 6000645, 6000, "reload", no_offer},
     {"settled file", 8, 6000, "reload", no_offer},
     // Another file has its signals and terms in another order.
     {"snapshot", 900039, 2500, "reload",
