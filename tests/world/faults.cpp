@@ -196,6 +196,7 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
                     {"lstat", "opendir", "readdir"}}}},
       bad_cable_(dice(seed, "bad cable").one_in(4)),
       own_(seed, "ends at a rename"),
+      deaf_(seed, "systemd"),
       echoes_(seed, "echoes") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
@@ -293,8 +294,10 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
-    if (fate.error != 0 && std::strcmp(site.path, "systemd") == 0)
-        of_.box.unheard_ns = of_.time.now();
+    const bool is_message =
+        std::strcmp(site.path, "systemd") == 0 && std::strcmp(site.name, "send") == 0;
+    if (is_message && of_.time.now() < deaf_until_) fate.error = EAGAIN;
+    if (is_message && fate.error != 0) of_.box.unheard_ns = of_.time.now();
     replace_what_is_read(site);
     return fate;
 }

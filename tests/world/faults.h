@@ -56,7 +56,7 @@ class run;
     X(boundary, "long uptimes, counters about to wrap")                        \
     X(slow, "a PLC whose replies take most of a period")                       \
     X(stray, "replies of another unit, function or length")                    \
-    X(reader, "the reader of the log stops reading")                           \
+    X(reader, "the reader of the log stops reading, or systemd")               \
     X(links, "symbolic links in the place of outputs and of their new files")  \
     X(mute, "a PLC that answers readings, but writes or read-backs not or wrongly")
 
@@ -267,7 +267,9 @@ class fault_injector : public call_faults,
     // Calls and lines until the process ends; below 0: nothing is planned.
     std::int64_t lethal_calls_ = -1, lethal_lines_ = -1;
     bool lethal_power_ = false, dies_behind_rename_ = false;
-    dice own_;            // of ends at a rename
+    dice own_;   // of ends at a rename
+    dice deaf_;  // of systemd, which reads no message until …
+    time_ns deaf_until_ = 0;
     dice echoes_;         // of replies to writes
     std::string silent_;  // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;

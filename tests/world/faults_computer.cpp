@@ -308,6 +308,10 @@ void fault_injector::plan_reader() {
         note(fault_kind::reader, fmt::format("for {} ms", lasts / ms));
         of_.box.read_log(false);
         later(lasts, [this] { of_.box.read_log(true); });
+        if (!deaf_.one_in(2)) return;
+        const auto deaf_ns = static_cast<time_ns>(deaf_.log_between(20e6, 8e9));
+        deaf_until_ = of_.time.now() + deaf_ns;
+        note(fault_kind::reader, fmt::format("systemd's queue is full for {} ms", deaf_ns / ms));
     });
 }
 
