@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -318,10 +319,15 @@ time_ns served_ns(const machine &facts, time_ns gap_ns) {
 }
 
 // Replies that are lost hold an output back for two turns at most, then it moves on
-// (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed.
+// (docs/decisions/0003-what-the-plc-may-hold.md). Time counts while writes are confirmed. A target
+// that is near all that may still take effect is reached at once.
 class progress_invariant : public invariant {
   public:
-    explicit progress_invariant(run &of) : invariant(of, "progress") {
+    explicit progress_invariant(run &of)
+        : invariant(of, "progress"),
+          is_regular_(of.box_machine.plc_device.empty() && of.box_machine.profile.name != "fanuc" &&
+                      !draws_any(of, {fault_kind::reset, fault_kind::exception, fault_kind::mute,
+                                      fault_kind::slow, fault_kind::clock})) {
         const bool loses = draws_any(
             of, {fault_kind::loss, fault_kind::mute, fault_kind::reset, fault_kind::exception});
         const bool knows =
@@ -335,6 +341,8 @@ class progress_invariant : public invariant {
     void started() override {
         if (box_) box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         waits_.clear();
+        lost_.clear();
+        since_ns_ = never;
     }
     void exchanged(const exchange &seen) override {
         if (!box_) return;
@@ -366,7 +374,16 @@ class progress_invariant : public invariant {
                           (block.reason == none || block.reason == limited ||
                            block.reason == degraded || block.reason == extrapolated) &&
                           gap_ns < contact_lasts(facts);
+        const bool follows = 2 * gap_ns < 3 * facts.period_us * us;
+        in_a_row_ = follows && seen.duration != never ? in_a_row_ + 1 : 0;
+        if (!runs) since_ns_ = never;
         if (!runs) return waits_.clear();
+        if (since_ns_ == never) since_ns_ = seen.sent;
+        while (!lost_.empty() && lost_.front().at_ns < seen.sent - longest_ns) lost_.pop_front();
+        if (!lost_.empty() && is_regular_ && in_a_row_ > 3 && seen.sent - since_ns_ > longest_ns)
+            for (std::size_t c = 0; c < facts.channels.size(); ++c) judge_near(facts, block, c);
+        if (seen.duration == never) lost_.push_back({seen.sent, block.um});
+        sent_um_ = block.um;
         waits_.resize(facts.channels.size());
         for (std::size_t c = 0; c < waits_.size(); ++c) {
             const double way_um = std::fabs(block.um[c] - waits_[c].um);
@@ -375,6 +392,23 @@ class progress_invariant : public invariant {
             if (seen.duration != never) waits_[c].for_ns += served_ns(facts, gap_ns);
             if (waits_[c].for_ns > longest_ns) judge_waiting(facts, block, c);
         }
+    }
+    void judge_near(const machine &facts, const written_block &block, std::size_t c) {
+        const channel_facts &channel = facts.channels[c];
+        const double reach = reach_um(facts, c);
+        box_->look(read_ns_);
+        const judged_number want = box_->judged_um(c);
+        const double to_um = std::clamp(want.value, -channel.limit_um, channel.limit_um);
+        const auto is_far = [=](double um) { return std::fabs(um - to_um) > 0.4 * reach; };
+        const bool is_held = std::any_of(lost_.begin(), lost_.end(),
+                                         [&](const lost_write &one) { return is_far(one.um[c]); });
+        if (is_held || is_far(sent_um_[c]) || partner_of(facts, c) || !box_->knows()) return;
+        const double off_um = std::fabs(block.um[c] - to_um);
+        if (off_um > want.near + channel.deadband_um + 2 * channel.unit_um + 0.05)
+            violated(
+                fmt::format("{} is {} um, its terms want {} um, and no write without a reply "
+                            "is far from it",
+                            channel.name, block.um[c], to_um));
     }
     // Where a target moves there and back an output may be near it now and then.
     void judge_waiting(const machine &facts, const written_block &block, std::size_t c) {
@@ -395,7 +429,15 @@ class progress_invariant : public invariant {
 
     std::optional<reference_box> box_;
     std::vector<waiting> waits_;  // by channel
-    time_ns sent_ns_ = 0, read_ns_ = 0;
+    struct lost_write {
+        time_ns at_ns;
+        std::vector<double> um;
+    };
+    std::deque<lost_write> lost_;  // those that may still take effect
+    std::vector<double> sent_um_;  // the newest
+    bool is_regular_;              // the box gets each reading and reply that was not lost
+    int in_a_row_ = 0;             // writes with a reply, each a period behind the one before
+    time_ns sent_ns_ = 0, read_ns_ = 0, since_ns_ = never;
 };
 
 // Without permission, and behind a lost contact that outlasts HOLD, outputs come nearer to zero, as
