@@ -149,6 +149,7 @@ class computer {
     time_ns interrupted_ns = -never / 2;
     time_ns hung_up_ns = -never / 2;  // the newest SIGHUP
     time_ns unheard_ns = -never / 2;  // the newest message to systemd that was refused
+    bool lacks_thread = false;        // one of this start was refused
 
     static computer *current;
 

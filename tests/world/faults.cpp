@@ -197,6 +197,7 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
       bad_cable_(dice(seed, "bad cable").one_in(4)),
       own_(seed, "ends at a rename"),
       deaf_(seed, "systemd"),
+      threads_(seed, "threads"),
       echoes_(seed, "echoes") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
@@ -294,6 +295,11 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
+    if (std::strcmp(site.name, "pthread_create") == 0 && refused_thread_-- == 0) {
+        fate.error = threads_.one_in(2) ? EPERM : EAGAIN;
+        of_.box.lacks_thread = true;
+        note(fault_kind::restart, "a start gets no thread");
+    }
     const bool is_message =
         std::strcmp(site.path, "systemd") == 0 && std::strcmp(site.name, "send") == 0;
     if (is_message && of_.time.now() < deaf_until_) fate.error = EAGAIN;

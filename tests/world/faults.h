@@ -270,8 +270,10 @@ class fault_injector : public call_faults,
     dice own_;   // of ends at a rename
     dice deaf_;  // of systemd, which reads no message until …
     time_ns deaf_until_ = 0;
-    dice echoes_;         // of replies to writes
-    std::string silent_;  // a signal without a value for more than half an hour
+    dice threads_;             // of those that a start gets
+    int refused_thread_ = -1;  // so many come before it; below 0: none is refused
+    dice echoes_;              // of replies to writes
+    std::string silent_;       // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;
     int lies_ = 0;

@@ -241,6 +241,9 @@ void fault_injector::starting() {
     if (has(fault_kind::state) && chance(fault_kind::state).one_in(2)) spoil_state();
     meddle_before_start();
     jump_before_start();
+    of_.box.lacks_thread = false;
+    const bool lacks = has(fault_kind::restart) && of_.starts() > 0 && threads_.one_in(6);
+    refused_thread_ = lacks ? static_cast<int>(threads_.below(8)) : -1;
 }
 
 void fault_injector::plan_disk() {

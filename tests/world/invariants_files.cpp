@@ -356,12 +356,16 @@ class state_invariant : public invariant {
     }
     void ended(const ending &how) override {
         const auto statistics = finished_statistics();
-        if (how.by_signal || statistics.is_null() || left_out_ ||
+        const bool began = of_.cycles_of_daemon > 0;
+        if (how.by_signal || (began && (statistics.is_null() || left_out_)) ||
             draws_any(of_, {fault_kind::state, fault_kind::disk, fault_kind::memory,
                             fault_kind::refuse, fault_kind::links, fault_kind::reader}))
             return;
         const auto state = decoded(of_.box.files.text(run::state_path));
-        const bool stopped = wrote_nothing_ ? said_stopped_ : statistics.value("stopped", false);
+        const auto found = decoded(found_);
+        const bool stopped = !began           ? found && found->end.stopped == 1
+                             : wrote_nothing_ ? said_stopped_
+                                              : statistics.value("stopped", false);
         if (state && (state->end.stopped == 1) != stopped)
             violated(fmt::format("a run that ended {}STOPPED leaves a state file with {}",
                                  stopped ? "" : "without ", state->end.stopped));
@@ -590,6 +594,13 @@ class record_invariant : public invariant {
         const auto found = last_row_.empty() ? std::string::npos : text.find(last_row_);
         if (found != std::string::npos && found + last_row_.size() < text.size())
             violated("the record goes on behind a row that is later than the wall clock was");
+        const bool is_first =
+            found == std::string::npos && !last_row_.empty() && !of_.limits_records() &&
+            !draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk,
+                             fault_kind::refuse, fault_kind::links, fault_kind::partial});
+        const std::size_t row = text.find('\n') + 1;
+        if (is_first && row < text.size() && std::strtod(text.c_str() + row, nullptr) > 0)
+            violated(fmt::format("another record begins with {}", text.substr(row, 20)));
     }
     // A clock that was not set for ten seconds gave the newest row its time.
     void check_clock(const std::string &text) {

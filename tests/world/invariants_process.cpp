@@ -49,6 +49,7 @@ class exit_invariant : public invariant {
             violated(fmt::format("the daemon ended by signal {}", how.code));
         // The first file is one that a box can run.
         const bool spoils =
+            of_.box.lacks_thread ||
             draws_any(of_, {fault_kind::refuse, fault_kind::disk, fault_kind::links,
                             fault_kind::state}) ||
             (of_.starts() > 1 && draws_any(of_, {fault_kind::hostile, fault_kind::reload,

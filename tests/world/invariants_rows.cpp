@@ -476,7 +476,7 @@ class inputs_invariant : public invariant {
         if (is_reading(facts, seen) && seen.duration != never) readings_.insert(hex(seen.read));
     }
     void ended(const ending &how) override {
-        if (!of_.keeps_inputs() || how.by_signal) return;
+        if (!of_.keeps_inputs() || how.by_signal || of_.cycles_of_daemon == 0) return;
         const std::string text = of_.box.files.text(run::inputs_path);
         const auto header = text.find("number,");
         if (header == std::string::npos) return;

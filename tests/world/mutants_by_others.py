@@ -2992,4 +2992,14 @@ DEFECTS_BY_OTHERS = [
       "    row->in.last_write",
       "    row->in = cycle->in;\n"
       "    row->in.last_write")),
+    ("other-failed-start-forgets-stopped",
+     "A start that fails at its threads, such as --cpu of a processor outside its affinity or --priority "
+     "without permission, leaves the state file without STOPPED although nothing was written to the PLC; the "
+     "next start says that the previous run did not end STOPPED",
+     (DAEMON + "main.c",
+      "        daemon->state.stopped = daemon->loop.resumed.stopped; /* nothing was written to the PLC */\n"
+      "        write_state(daemon, cb_boottime_us());\n"
+      "        return false;\n",
+      "        write_state(daemon, cb_boottime_us()); /* nothing was written to the PLC */\n"
+      "        return false;\n")),
 ]
