@@ -507,7 +507,7 @@ void reference_box::accept(signal &of, double value, time_ns at) {
     of.other_ns = taken == verdict::either ? of.at_ns : at;
     of.before = value - change;
     of.value = std::clamp(value, of.min, of.max);
-    of.before_ns = of.at_ns;
+    of.before_ns = of.known ? of.at_ns : -never / 2;
     of.at_ns = at;
     of.known = true;
 }

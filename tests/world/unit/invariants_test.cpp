@@ -370,6 +370,8 @@ const edge edges[] = {
     {"gap", 101236, 10, "delay,hostile,sensors", nullptr},
     // Of two banks with the same lag and other ranges one is gone, and comes back.
     {"lags", 103060, 2310, "enable,reload,sensors", nullptr},
+    // The first sample of a bus comes just before a reading.
+    {"reference", 111364, 140, "sensors", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
