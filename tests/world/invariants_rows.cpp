@@ -142,10 +142,12 @@ class rows_invariant : public invariant {
         if (longest_lag(of_) == 0) check_oldest(names);
         double before_s = -1;
         std::string rest_of;  // a file that has not all seconds behind an event
+        std::vector<double> ends_s;
         for (const std::string &file : names) {
             row_reader rows(of_.box.files.text(fmt::format("{}/{}", run::blackbox_path, file)));
             double first_s = -1, last_s = before_s, first_event_s = -1, event_s = -1;
             int mode = -1;
+            if (is_requested(file)) event_s = first_event_s = request_of(begun_s(file));
             while (rows.next()) {
                 if (rows.number("unix_s") <= before_s)
                     violated(fmt::format("{} has rows of the file before it", file));
@@ -168,10 +170,37 @@ class rows_invariant : public invariant {
                 check_end(file, last_s, first_event_s, event_s);
             }
             before_s = last_s;
+            ends_s.push_back(last_s);
             rest_of =
                 event_s >= 0 && last_s < event_s + 9 && !is_cut(last_s, event_s + 25) ? file : "";
         }
         if (longest_lag(of_) == 0) check_rest(rest_of, false);
+        for (const double asked_s : of_.requests_s) check_request(asked_s, names, ends_s);
+    }
+    static bool is_requested(const std::string &file) {
+        return file.find("-REQUEST.") != std::string::npos;
+    }
+    // out: the newest request before that time; -1: none
+    double request_of(double begun_s) const {
+        double newest_s = -1;
+        for (const double asked_s : of_.requests_s)
+            if (asked_s < begun_s + 2) newest_s = asked_s;
+        return newest_s;
+    }
+    // One that is being written has the rows of a request too, another one begins at once.
+    // in : ends_s: the newest row of each file
+    void check_request(double asked_s, const std::vector<std::string> &names,
+                       const std::vector<double> &ends_s) {
+        if (longest_lag(of_) != 0 || loses_rows() || is_cut(asked_s, asked_s + 15) ||
+            names.empty() || begun_s(names.front()) > asked_s ||
+            draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
+                            fault_kind::links, fault_kind::reload, fault_kind::hostile}))
+            return;
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            const double ahead_s = begun_s(names[i]) - asked_s;
+            if (ahead_s < (is_requested(names[i]) ? 3 : 1) && ends_s[i] > asked_s + 0.5) return;
+        }
+        violated(fmt::format("a file was requested at {} s, and none begins", asked_s));
     }
     // Seconds behind an event for which its file had no time left are in the next one, which begins
     // at once.

@@ -3002,4 +3002,10 @@ DEFECTS_BY_OTHERS = [
       "        return false;\n",
       "        write_state(daemon, cb_boottime_us()); /* nothing was written to the PLC */\n"
       "        return false;\n")),
+    ("other-blackbox-request-waits-behind-a-pending-event",
+     "SIGUSR1 while a HOLD or FAULT waits for the pause of a minute between files does not overtake it: the "
+     "requested file comes up to a minute late and is named after the event",
+     (OUTPUT + "blackbox.c",
+      "    if (box->word == NULL || word == requested) box->word = word;\n",
+      "    if (box->word == NULL) box->word = word;\n")),
 ]

@@ -63,7 +63,8 @@ run::run(const run_options &with)
       faults(*this, with.faults, with.most, with.seed),
       signer(signer_of(with.seed)),
       ceiling_(ceiling_of(box_machine, with.seed)),
-      chance_(with.seed, "run") {
+      chance_(with.seed, "run"),
+      requests_(with.seed, "requests") {
     files_suffer_ = draws_any(*this, {fault_kind::disk, fault_kind::clock, fault_kind::refuse,
                                       fault_kind::partial, fault_kind::links, fault_kind::power_cut,
                                       fault_kind::kill, fault_kind::restart, fault_kind::reader});
@@ -81,6 +82,7 @@ run::run(const run_options &with)
     fill_events();
     fill_records();
     fill_temporaries();
+    if (keeps_blackbox() && requests_.one_in(2)) plan_request();
     invariants_ = all_invariants(*this);
     box.ended = [this](const ending &how) { daemon_ended(how); };
     box.ticked = [this] { count_tick(); };
@@ -311,6 +313,17 @@ void run::connect_wires() {
     can->heard = [this](int node, double degC) {
         each([&](invariant &one) { one.sampled(fmt::format("C{}", node), degC); });
     };
+}
+
+// A person asks for a file of the black box now and then.
+void run::plan_request() {
+    time.at(time.now() + requests_.time_between(5 * second, 90 * second), [this] {
+        if (box.runs() && cycles_of_daemon > 0) {
+            requests_s.push_back(1e-9 * static_cast<double>(box.wall()));
+            box.send_signal(10);  // SIGUSR1
+        }
+        plan_request();
+    });
 }
 
 // A reading of fewer registers than any block has (docs/rtu.md).

@@ -108,6 +108,7 @@ class run {
     static constexpr const char *inputs_path = "/run/inputs";
     static constexpr const char *victim_path = "/run/elsewhere";  // links name it
     static constexpr const char *blackbox_path = "/var/lib/compbox/blackbox";
+    std::vector<double> requests_s;                    // of files of the black box
     static constexpr std::size_t blackbox_files = 99;  // at most (docs/record.md)
     static constexpr int old_records = 7;  // that fill_records() puts there, of so many bytes
     static constexpr std::size_t old_record_bytes = 95000;
@@ -156,6 +157,7 @@ class run {
     bool is_probe(const fakeplc::byte_string &frame) const;
     bool is_of_read_block(const fakeplc::byte_string &frame) const;
     void wander_modules();
+    void plan_request();
     void fill_blackbox();
     void fill_events();
     void fill_records();
@@ -202,7 +204,7 @@ class run {
     std::uint64_t signatures_ = 0;
     std::uint64_t quiet_ = 0;  // cycles without faults, behind those of the options
     run_result result_;
-    dice chance_;
+    dice chance_, requests_;
 };
 
 }  // namespace compbox::world
