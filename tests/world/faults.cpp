@@ -198,6 +198,7 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
       own_(seed, "ends at a rename"),
       deaf_(seed, "systemd"),
       threads_(seed, "threads"),
+      halves_(seed, "halves"),
       echoes_(seed, "echoes") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
@@ -357,6 +358,13 @@ time_ns fault_injector::draw_delay() {
     return static_cast<time_ns>(drawn.log_between(100e3, 500e6));
 }
 
+// The first half comes shortly before the box waits no longer, a short rest behind that.
+time_ns fault_injector::until_deadline() {
+    const time_ns period_ns = of_.running().period_us * us;
+    const time_ns left_ns = of_.ticked_ns() + 4 * period_ns / 5 - of_.time.now();
+    return std::max<time_ns>(left_ns - halves_.time_between(0, 4 * ms), 0);
+}
+
 segment_fate fault_injector::at_segment(bool to_box, std::size_t bytes) {
     segment_fate fate;
     if (due(slow_segments_)) fate.delay_ns = draw_delay();
@@ -364,6 +372,7 @@ segment_fate fault_injector::at_segment(bool to_box, std::size_t bytes) {
     if (bytes > 1 && due(torn_segments_)) {
         fate.cut_at = 1 + chance(fault_kind::tear).below(bytes - 1);
         fate.rest_ns = static_cast<time_ns>(chance(fault_kind::tear).log_between(10e3, 300e6));
+        if (to_box && halves_.one_in(4)) fate.delay_ns = until_deadline();
     }
     if (due(stalls_)) {
         fate.lost = true;

@@ -177,6 +177,7 @@ class fault_injector : public call_faults,
     stray_reply draw_stray(const fakeplc::byte_string &request);
     bool is_late_write(std::size_t bytes);
     time_ns draw_delay();
+    time_ns until_deadline();
     time_ns draw_late();
     void write_back_late(dice &drawn);
     void tear_pair(time_ns until, double first_um, double second_um);
@@ -271,6 +272,7 @@ class fault_injector : public call_faults,
     dice deaf_;  // of systemd, which reads no message until …
     time_ns deaf_until_ = 0;
     dice threads_;             // of those that a start gets
+    dice halves_;              // of torn replies around a deadline
     int refused_thread_ = -1;  // so many come before it; below 0: none is refused
     dice echoes_;              // of replies to writes
     std::string silent_;       // a signal without a value for more than half an hour

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <vector>
 
 #include "host-tools/formats/text.h"
 #include "tests/world/blocks.h"
@@ -57,6 +58,8 @@ class events_invariant : public invariant {
         if (at != std::string::npos && line.find(" left out)") != std::string::npos &&
             std::sscanf(line.c_str() + at, ": (%u line", &count) == 1)
             left_out_ += count;
+        if (line.find("about files left out)") != std::string::npos)
+            files_left_out_.push_back(of_.time.now());
         gives_up_ = gives_up_ || line.find("a file blocks the end") != std::string::npos;
         if (line.find(std::string(run::events_path) + ": cannot be written: No space") !=
             std::string::npos)
@@ -216,7 +219,10 @@ class events_invariant : public invariant {
     void judge_request(const nlohmann::json &event) {
         const time_ns at = time_of(event);
         const nlohmann::json &revision = event.at("file").at("revision");
-        const time_ns from = std::min(at, since_ns_.at(revision.dump())) - 10 * second;
+        time_ns from = std::min(at, since_ns_.at(revision.dump())) - 10 * second;
+        // That it waits may have been left out.
+        for (const time_ns one : files_left_out_)
+            if (one < at && one > from - 60 * second) from = std::min(from, one - 10 * second);
         const bool is_known =
             std::any_of(hung_ups_.begin(), hung_ups_.end(),
                         [at, from](time_ns one) { return one < at + second && one > from; });
@@ -272,6 +278,7 @@ class events_invariant : public invariant {
     std::deque<std::pair<time_ns, std::size_t>> whole_;  // bytes of the file, each second of late
     std::vector<time_ns> hung_ups_;                      // SIGHUPs, of each step the last
     std::map<std::string, time_ns> since_ns_;            // the first event of each revision
+    std::vector<time_ns> files_left_out_;                // lines about them
     std::set<std::string> requested_;                    // revisions, by one of them
     std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
     std::optional<std::size_t> full_at_;  // lines of the file when the disk was full for the next

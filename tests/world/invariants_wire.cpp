@@ -115,7 +115,7 @@ class account_invariant : public invariant {
         ended_ = of_.box.tcp_ended;
         start_ns_ = of_.time.now();
         connections_ = of_.plc.connections_made();
-        unheard_ = stopped_ = 0;
+        unheard_ = stopped_ = halves_ = 0;
         readings_ = writes_ = 0;
         silences_ = silent_ = 0;
         answered_ = true;
@@ -137,6 +137,8 @@ class account_invariant : public invariant {
     void reply_torn(time_ns rest) override {
         const time_ns period_ns = of_.running().period_us * us;
         stopped_ += rest > period_ns + 15 * ms && rest < 2 * period_ns;
+        const time_ns deadline_ns = of_.ticked_ns() + 3 * period_ns / 4;
+        halves_ += rest > 9 * ms && of_.time.now() + rest > deadline_ns;
     }
     void ended(const ending &how) override {
         if (how.by_signal || how.code != 0 || draws(of_, fault_kind::memory)) return;
@@ -241,6 +243,9 @@ class account_invariant : public invariant {
                                                       fault_kind::plc_stop, fault_kind::wire});
         if (!reads_on) return;
         at_least("incomplete_replies", plc, stopped_ - std::min(stopped_, given_up));
+        if (plc.value("incomplete_replies", std::uint64_t{0}) > halves_)
+            violated(fmt::format("incomplete_replies is {}, and {} stood still for 10 ms",
+                                 plc.value("incomplete_replies", std::uint64_t{0}), halves_));
     }
     // Each cycle with a request has its time, be its reply in time or not.
     void judge_times(const nlohmann::json &all) {
@@ -268,6 +273,7 @@ class account_invariant : public invariant {
     std::uint64_t sent_ = 0, ended_ = 0;
     // Of this daemon: writes that acted without a reply, replies that stood still in the middle.
     std::uint64_t unheard_ = 0, stopped_ = 0;
+    std::uint64_t halves_ = 0;  // replies whose rest came late enough to end the connection
     // Of this daemon: three requests in a row without a reply; those in a row now; the newest one.
     std::uint64_t silences_ = 0, silent_ = 0;
     bool answered_ = true;

@@ -118,6 +118,7 @@ class run {
     static constexpr std::size_t most_events_bytes = 1000000;  // of one file (docs/events.md)
     static constexpr time_ns systemd_waits = 10 * second;      // its WATCHDOG_USEC
     static constexpr time_ns watchdog_waits = 10 * second;     // the hardware (docs/compboxd.md)
+    time_ns ticked_ns() const { return ticked_ns_; }           // when the newest cycle began
     bool records_each_cycle() const { return options.seed % 16 != 4; }  // or a row in 500 ms
     bool ticks_by_boottime() const { return options.seed % 5 == 0; }
     time_ns clock_of_loop() const { return ticks_by_boottime() ? box.boottime() : box.monotonic(); }

@@ -372,6 +372,8 @@ const edge edges[] = {
     {"lags", 103060, 2310, "enable,reload,sensors", nullptr},
     // The first sample of a bus comes just before a reading.
     {"reference", 111364, 140, "sensors", nullptr},
+    // That a file waits is one of the lines that were left out.
+    {"events", 120331, 2510, "enable,reload,boundary", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
