@@ -59,6 +59,9 @@
  * finite by the last one sent; no output is beyond max(L, |last one sent|) or beyond the ceiling.
  * In a sound box it changes nothing. It does not depend on the earlier stages.
  *
+ * After a contact the interval also has what the register was found with. Until a write is
+ * confirmed (B) may then exclude q, and q stays.
+ *
  * After a reload (adopt.c) q may be outside the new limits. The output then moves towards them at
  * the slew rate: the clamps below always admit q. */
 #include "firmware/box/limiter.h"
