@@ -65,8 +65,11 @@ static bool same_register(const struct cb_config *a, const struct cb_channel_con
 }
 
 /* out: true if the PLC certainly holds zero: then the channel may change its register or
- *      disappear */
-static bool is_at_rest(const struct cb_channel_state *state) {
+ *      disappear. Behind a contact the register may have an old value until a write is confirmed.
+ */
+static bool is_at_rest(const struct cb_box *box, unsigned index) {
+    const struct cb_channel_state *state = &box->channels[index];
+    if (box->plc.contact == CB_CONTACT_KNOWN && !box->plc.confirmed) return false;
     return state->output_um == 0.0f && state->sent_um == 0.0f && state->possible_min_um == 0.0f &&
            state->possible_max_um == 0.0f;
 }
@@ -75,14 +78,14 @@ bool cb_box_at_rest(const struct cb_box *box) {
     if (box->mode.mode != CB_MODE_STANDBY || box->mode.reason != CB_REASON_NOT_ENABLED)
         return false;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
-        if (!is_at_rest(&box->channels[i])) return false;
+        if (!is_at_rest(box, i)) return false;
     return true;
 }
 
 unsigned cb_box_obstacle(const struct cb_config *fresh, const struct cb_box *old) {
     if (!cb_box_is_sound(old)) return CB_NONE;
     for (unsigned i = 0; i < cb_all_channels(&old->config); ++i) {
-        if (is_at_rest(&old->channels[i])) continue;
+        if (is_at_rest(old, i)) continue;
         const struct cb_channel_config *channel = &old->config.channels[i];
         const unsigned k = find_channel(fresh, channel);
         if (k == CB_NONE || !same_register(fresh, &fresh->channels[k], &old->config, channel))

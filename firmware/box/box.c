@@ -137,27 +137,18 @@ enum cb_want cb_box_wants_held(const struct cb_box *box) {
 }
 
 /* out: start value of one output when contact is established: the applied value, if there is one;
- *      else the register's value, unless the PLC has restarted; else zero. Until a write is
- *      confirmed the register keeps what was read back; one without a number may act as the limit.
- *      If the PLC refuses the read-back, it may still hold any of the possible values. */
+ *      else the register's value, unless the PLC has restarted; else zero. `certain` is false if
+ *      the PLC refuses the read-back: then it may still hold any of the possible values. */
 static struct cb_start start_of(const struct cb_box *box, unsigned index,
                                 const struct cb_inputs *in) {
     const struct cb_channel_config *channel = &box->config.channels[index];
-    const struct cb_channel_state *state = &box->channels[index];
     const float applied_um = cb_channel_decode(channel, in->registers + channel->applied_reg);
     const float held_um = cb_channel_decode(channel, in->held_registers + channel->reg);
-    const bool known = in->held == CB_TRANSFER_OK, is_value = known && cb_is_finite(held_um);
-    struct cb_start start = {0.0f, known, state->possible_min_um, state->possible_max_um};
-    if (known)
-        start.low_um = start.high_um =
-            is_value ? cb_channel_nearest(channel, held_um) : channel->limit_um;
-    if (channel->has_applied && cb_is_finite(applied_um)) {
-        start.um = applied_um;
-        start.certain = true;
-    } else if (is_value && !box->plc.went_back) {
-        start.um = held_um;
-    }
-    return start;
+    if (channel->has_applied && cb_is_finite(applied_um))
+        return (struct cb_start){applied_um, true};
+    if (in->held == CB_TRANSFER_OK && !box->plc.went_back && cb_is_finite(held_um))
+        return (struct cb_start){held_um, true};
+    return (struct cb_start){0.0f, in->held == CB_TRANSFER_OK};
 }
 
 /* out: true if the status register of the PLC has a mode other than STANDBY and STOPPED */
@@ -494,7 +485,7 @@ void cb_box_settle(struct cb_box *box, const struct cb_inputs *in, int64_t now_u
     compute(box, &step);
     cb_channels_target(&box->config, box->channels, CB_AIM_WANTED, target_um);
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
-        start[i] = (struct cb_start){target_um[i], true, target_um[i], target_um[i]};
+        start[i] = (struct cb_start){target_um[i], true};
     cb_limiter_place(&box->config, box->channels, start);
     box->plc.contact = CB_CONTACT_KNOWN;
     box->plc.beating = box->plc.alive = true;

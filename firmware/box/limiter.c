@@ -59,9 +59,6 @@
  * finite by the last one sent; no output is beyond max(L, |last one sent|) or beyond the ceiling.
  * In a sound box it changes nothing. It does not depend on the earlier stages.
  *
- * After a contact the interval also has what the register was found with. Until a write is
- * confirmed (B) may then exclude q, and q stays.
- *
  * After a reload (adopt.c) q may be outside the new limits. The output then moves towards them at
  * the slew rate: the clamps below always admit q. */
 #include "firmware/box/limiter.h"
@@ -404,9 +401,10 @@ void cb_limiter_place(const struct cb_config *config, struct cb_channel_state *c
     place(config, channels, start, place_um);
     for (unsigned i = 0; i < cb_all_channels(config); ++i) {
         struct cb_channel_state *state = &channels[i];
+        const float low_um = start[i].certain ? place_um[i] : state->possible_min_um;
+        const float high_um = start[i].certain ? place_um[i] : state->possible_max_um;
         state->output_um = state->sent_um = place_um[i];
-        holds(state, cb_min(start[i].low_um, place_um[i]), cb_max(start[i].high_um, place_um[i]),
-              state->late_us > 0);
+        holds(state, cb_min(low_um, place_um[i]), cb_max(high_um, place_um[i]), state->late_us > 0);
         state->carry_um = 0.0f;
     }
 }

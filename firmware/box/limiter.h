@@ -62,9 +62,8 @@ void cb_limiter_step(const struct cb_config *config, struct cb_channel_state *ch
 
 /* Start value of an output. */
 struct cb_start {
-    float um;              /* finite */
-    bool certain;          /* the PLC holds or applies it */
-    float low_um, high_um; /* the register has a value in this interval; finite */
+    float um;     /* finite */
+    bool certain; /* the PLC holds or applies it; false: the possible values stay as they were */
 };
 
 /* Sets the outputs to the PLC's values. in: start[channels] A value that the box itself may have

@@ -364,14 +364,9 @@ TEST(limiter, a_pair_with_unequal_limits_stays_in_both) {
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 10);
 }
 
-// out: the start of a channel whose register has this value
-cb_start read_back(float um) {
-    return {um, true, um, um};
-}
-
 TEST(limiter, outputs_beyond_a_new_limit_go_there_at_the_slew_rate) {
     limiter_rig rig(one_channel());
-    const cb_start start[1] = {read_back(100)};
+    const cb_start start[1] = {{100, true}};
     cb_limiter_place(&rig.config(), rig.states.data(), start);
     rig.builder.config->channels[0].limit_um = 80;
     cb_config_derive(rig.builder.config.get());
@@ -385,7 +380,7 @@ TEST(limiter, outputs_beyond_a_new_limit_go_there_at_the_slew_rate) {
 TEST(limiter, a_pair_beyond_a_new_difference_closes_without_widening) {
     limiter_rig rig(pair_of(500, 20));
     rig.builder.config->pairs[0].max_difference_um = 500;
-    const cb_start start[2] = {read_back(200), read_back(-100)};
+    const cb_start start[2] = {{200, true}, {-100, true}};
     cb_limiter_place(&rig.config(), rig.states.data(), start);
     rig.builder.config->pairs[0].max_difference_um = 50;
     double before = 300;
@@ -409,7 +404,7 @@ TEST(limiter, an_infinite_or_huge_reading_is_never_taken_for_the_boxs_own) {
             config_builder b = one_channel();
             b.config->channels[0].type = CB_NUMBER_FLOAT32;
             limiter_rig rig(b);
-            const cb_start start[1] = {{sign * reading, true, 0, 0}};
+            const cb_start start[1] = {{sign * reading, true}};
             cb_limiter_place(&rig.config(), rig.states.data(), start);
             rig.check_values();
             EXPECT_LE(std::fabs(rig.states[0].sent_um), 300);
@@ -427,7 +422,7 @@ TEST(limiter, two_own_values_further_apart_than_the_pair_are_forced_together) {
     }
     rig.step({10, 60}, period_s);
     rig.result(CB_TRANSFER_UNKNOWN);
-    const cb_start start[2] = {read_back(0), read_back(60)};
+    const cb_start start[2] = {{0, true}, {60, true}};
     cb_limiter_place(&rig.config(), rig.states.data(), start);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 5);
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(1)), 55);
@@ -436,8 +431,7 @@ TEST(limiter, two_own_values_further_apart_than_the_pair_are_forced_together) {
 TEST(limiter, place_forces_anything_into_the_limits) {
     limiter_rig rig(pair_of(500, 500));
     rig.states[0].carry_um = 0.009f;
-    const cb_start start[2] = {{std::numeric_limits<float>::infinity(), true, 0, 0},
-                               read_back(-77.777f)};
+    const cb_start start[2] = {{std::numeric_limits<float>::infinity(), true}, {-77.777f, true}};
     cb_limiter_place(&rig.config(), rig.states.data(), start);
     rig.check_values();
     EXPECT_FLOAT_EQ(static_cast<float>(rig.output(0)), 136.11f);
@@ -528,7 +522,7 @@ void random_outage(random_source &r, limiter_rig &rig, const std::vector<float> 
     }
     cb_start held[CB_MAX_CHANNELS];
     for (unsigned i = 0; i < rig.channels(); ++i)
-        held[i] = read_back(static_cast<float>(rig.plc[i].um));
+        held[i] = {static_cast<float>(rig.plc[i].um), true};
     cb_limiter_place(&rig.config(), rig.states.data(), held);
     for (unsigned i = 0; i < rig.channels(); ++i) {
         ASSERT_EQ(rig.output(i), rig.plc[i].um) << "what it holds was an output: it is taken as is";
