@@ -187,11 +187,11 @@ class rows_invariant : public invariant {
             if (asked_s < begun_s + 2) newest_s = asked_s;
         return newest_s;
     }
-    // One that is being written has the rows of a request too, another one begins at once.
-    // in : ends_s: the newest row of each file
+    // One that is being written has the rows of a request too, another one begins at once. It has
+    // its name when it is whole, a minute later at most. in : ends_s: the newest row of each file
     void check_request(double asked_s, const std::vector<std::string> &names,
                        const std::vector<double> &ends_s) {
-        if (longest_lag(of_) != 0 || loses_rows() || is_cut(asked_s, asked_s + 15) ||
+        if (longest_lag(of_) != 0 || loses_rows() || is_cut(asked_s, asked_s + 75) ||
             names.empty() || begun_s(names.front()) > asked_s ||
             draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
                             fault_kind::links, fault_kind::reload, fault_kind::hostile}))
