@@ -367,8 +367,9 @@ class sigma_invariant : public invariant {
             if (signal.at("name") != input || signal.at("state") != "fresh") continue;
             const double x = signal.at("value"), um = stated.at("sigma_um");
             double low = 1e30, high = 0;
-            for (int k = -8; k <= 8; ++k) {
-                const double there = sigma_at(term, output, x + near * k / 8);
+            constexpr int steps = 32;  // sigma may have a narrow minimum between two
+            for (int k = -steps; k <= steps; ++k) {
+                const double there = sigma_at(term, output, x + near * k / steps);
                 low = std::min(low, there);
                 high = std::max(high, there);
             }

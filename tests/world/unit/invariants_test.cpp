@@ -374,6 +374,8 @@ const edge edges[] = {
     {"reference", 111364, 140, "sensors", nullptr},
     // That a file waits is one of the lines that were left out.
     {"events", 120331, 2510, "enable,reload,boundary", nullptr},
+    // A sigma of a second ago is at its minimum.
+    {"sigma", 101912, 1410, "state", nullptr},
 };
 
 void PrintTo(const edge &of, std::ostream *out) {
