@@ -185,6 +185,11 @@ bool is_steady(const run &of) {
                            fault_kind::partial, fault_kind::boundary});
 }
 
+bool may_lack_rows(const run &of) {
+    return draws_any(of, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
+                          fault_kind::partial, fault_kind::reload, fault_kind::hostile});
+}
+
 time_ns ramp_ns(const machine &facts, double least_um) {
     double longest_s = 0;
     for (const channel_facts &channel : facts.channels) {

@@ -94,6 +94,8 @@ std::vector<double> all_applied_in(const machine &of, const exchange &seen);  //
 // The longest time from a step of the box to the sending of what it made, by the faults of the run:
 // 0 if no fault makes calls or threads slow, `never` if one of them has no bound.
 time_ns longest_lag(const run &of);
+// Whether files of rows may lack some, or get other columns.
+bool may_lack_rows(const run &of);
 // The longest way to zero by the file's own rates: of each channel from its limit, or from least_um
 // if that is further, as an output that the file before it allowed may be.
 time_ns ramp_ns(const machine &facts, double least_um);

@@ -42,8 +42,8 @@ class doubts_invariant : public invariant {
                 lags_[key] = static_cast<std::size_t>(source - sensors.begin());
         };
         for (const auto &signal : root.at("signals")) {
-            signals_.push_back(signal.at("name"));
-            if (signal.value("power", 1) == 1) add_lag(signals_.back(), signal.value("lag_of", ""));
+            if (signal.value("power", 1) == 1)
+                add_lag(signal.at("name"), signal.value("lag_of", ""));
         }
         std::set<std::string> held;  // two banks differ by the ranges in which an input acts
         for (const auto &term : root.at("terms")) {
@@ -64,7 +64,10 @@ class doubts_invariant : public invariant {
         past_.clear();
     }
     void exchanged(const exchange &seen) override {
-        if (names_judged_ && !seen.written.empty()) judge_name(of_.author_of(seen), seen);
+        if (names_judged_ && !seen.written.empty()) {
+            const machine &author = of_.author_of(seen);
+            judge_name(author, block_of(author, seen));
+        }
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
         if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen));
@@ -103,22 +106,29 @@ class doubts_invariant : public invariant {
     static std::uint64_t counted_in(const nlohmann::json &all) {
         return all.at("box").value("sensors_doubted", std::uint64_t{0});
     }
-    // Also with files that check fewer sensors, or none.
-    void judge_name(const machine &author, const exchange &seen) {
-        const written_block block = block_of(author, seen);
-        if (block.reason != box_reason::degraded || !author.map.detail ||
-            block.detail >> 8 != doubted)
-            return;
-        const nlohmann::json &root = author.file();
+    // out: the sensor that is doubted, by the detail; "": it is about something else, or no signal
+    // has this place
+    static std::string doubted_in(const machine &author, const written_block &block) {
+        if (!says_doubted(author, block)) return "";
+        const nlohmann::json &signals = author.file().at("signals");
         const std::size_t place = block.detail & 0xFFu;
-        if (place < 1 || place > root.at("signals").size())
+        return place >= 1 && place <= signals.size() ? signals[place - 1].at("name") : "";
+    }
+    static bool says_doubted(const machine &author, const written_block &block) {
+        return block.reason == box_reason::degraded && author.map.detail &&
+               block.detail >> 8 == doubted;
+    }
+    // Also with files that check fewer sensors, or none.
+    void judge_name(const machine &author, const written_block &block) {
+        if (!says_doubted(author, block)) return;
+        const std::string named = doubted_in(author, block);
+        if (named.empty())
             return violated(
                 fmt::format("the detail is {:#x}, no signal has this place", block.detail));
-        const nlohmann::json &of = root.at("signals")[place - 1].at("name");
-        const nlohmann::json sensors = root.value("sensors", nlohmann::json::object());
+        const nlohmann::json sensors = author.file().value("sensors", nlohmann::json::object());
         const nlohmann::json names = sensors.value("signals", nlohmann::json::array());
-        if (std::find(names.begin(), names.end(), of) == names.end())
-            violated(fmt::format("{} is doubted, and no sensor checks it", of.get<std::string>()));
+        if (std::find(names.begin(), names.end(), named) == names.end())
+            violated(fmt::format("{} is doubted, and no sensor checks it", named));
     }
     void judge(const machine &facts, const written_block &block) {
         using namespace box_reason;
@@ -127,7 +137,7 @@ class doubts_invariant : public invariant {
         const bool passes = block.reason == none || block.reason == limited ||
                             block.reason == extrapolated || block.reason == drifted;
         const bool names = block.reason == degraded && facts.map.detail;
-        const std::string named = names && block.detail >> 8 == doubted ? signal_of(block) : "";
+        const std::string named = doubted_in(facts, block);
         for (std::size_t j = 0; j < watch.names().size(); ++j) {
             if (watch.doubts(j) && passes)
                 violated(fmt::format("{} contradicts the others, and the box uses it",
@@ -168,15 +178,9 @@ class doubts_invariant : public invariant {
         violated(fmt::format("the lag {} of a doubted sensor is {}, the others take it to {} … {}",
                              key, y, all.low, all.high));
     }
-    std::string signal_of(const written_block &block) const {
-        const unsigned place = block.detail & 0xFFu;
-        return place >= 1 && place <= signals_.size() ? signals_[place - 1] : "";
-    }
-
     bool names_judged_;
     std::optional<reference_box> box_;
-    std::vector<std::string> signals_;  // in the order of the file
-    bool reads_ = false;                // the newest reading came whole
+    bool reads_ = false;  // the newest reading came whole
     std::map<std::string, std::size_t>
         lags_;  // of sensors that check each other: the place of each
     struct lag_value {

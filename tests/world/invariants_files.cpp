@@ -555,8 +555,7 @@ class record_invariant : public invariant {
         const auto file = of_.box.files.find(run::record_path, false);
         const bool is_there = file != nullptr && has_row(*file);
         if (std::exchange(had_rows_, false) && writes_ && !is_there && longest_lag(of_) == 0 &&
-            !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links,
-                             fault_kind::partial, fault_kind::reload, fault_kind::hostile}))
+            !may_lack_rows(of_))
             violated("the record had rows for a second, and a power cut left none");
         record_.reset();
     }
@@ -594,10 +593,8 @@ class record_invariant : public invariant {
         const auto found = last_row_.empty() ? std::string::npos : text.find(last_row_);
         if (found != std::string::npos && found + last_row_.size() < text.size())
             violated("the record goes on behind a row that is later than the wall clock was");
-        const bool is_first =
-            found == std::string::npos && !last_row_.empty() && !of_.limits_records() &&
-            !draws_any(of_, {fault_kind::reload, fault_kind::hostile, fault_kind::disk,
-                             fault_kind::refuse, fault_kind::links, fault_kind::partial});
+        const bool is_first = found == std::string::npos && !last_row_.empty() &&
+                              !of_.limits_records() && !may_lack_rows(of_);
         const std::size_t row = text.find('\n') + 1;
         if (is_first && row < text.size() && std::strtod(text.c_str() + row, nullptr) > 0)
             violated(fmt::format("another record begins with {}", text.substr(row, 20)));

@@ -380,8 +380,10 @@ class progress_invariant : public invariant {
         if (!runs) return waits_.clear();
         if (since_ns_ == never) since_ns_ = seen.sent;
         while (!lost_.empty() && lost_.front().at_ns < seen.sent - longest_ns) lost_.pop_front();
-        if (!lost_.empty() && is_regular_ && in_a_row_ > 3 && seen.sent - since_ns_ > longest_ns)
+        if (!lost_.empty() && is_regular_ && in_a_row_ > 3 && seen.sent - since_ns_ > longest_ns) {
+            box_->look(read_ns_);
             for (std::size_t c = 0; c < facts.channels.size(); ++c) judge_near(facts, block, c);
+        }
         if (seen.duration == never) lost_.push_back({seen.sent, block.um});
         sent_um_ = block.um;
         waits_.resize(facts.channels.size());
@@ -396,7 +398,6 @@ class progress_invariant : public invariant {
     void judge_near(const machine &facts, const written_block &block, std::size_t c) {
         const channel_facts &channel = facts.channels[c];
         const double reach = reach_um(facts, c);
-        box_->look(read_ns_);
         const judged_number want = box_->judged_um(c);
         const double to_um = std::clamp(want.value, -channel.limit_um, channel.limit_um);
         const auto is_far = [=](double um) { return std::fabs(um - to_um) > 0.4 * reach; };

@@ -192,9 +192,7 @@ class rows_invariant : public invariant {
     void check_request(double asked_s, const std::vector<std::string> &names,
                        const std::vector<double> &ends_s) {
         if (longest_lag(of_) != 0 || loses_rows() || is_cut(asked_s, asked_s + 75) ||
-            names.empty() || begun_s(names.front()) > asked_s ||
-            draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::partial,
-                            fault_kind::links, fault_kind::reload, fault_kind::hostile}))
+            names.empty() || begun_s(names.front()) > asked_s || may_lack_rows(of_))
             return;
         for (std::size_t i = 0; i < names.size(); ++i) {
             const double ahead_s = begun_s(names[i]) - asked_s;

@@ -243,9 +243,10 @@ class account_invariant : public invariant {
                                                       fault_kind::plc_stop, fault_kind::wire});
         if (!reads_on) return;
         at_least("incomplete_replies", plc, stopped_ - std::min(stopped_, given_up));
-        if (plc.value("incomplete_replies", std::uint64_t{0}) > halves_)
+        const auto incomplete = plc.value("incomplete_replies", std::uint64_t{0});
+        if (incomplete > halves_)
             violated(fmt::format("incomplete_replies is {}, and {} stood still for 10 ms",
-                                 plc.value("incomplete_replies", std::uint64_t{0}), halves_));
+                                 incomplete, halves_));
     }
     // Each cycle with a request has its time, be its reply in time or not.
     void judge_times(const nlohmann::json &all) {
