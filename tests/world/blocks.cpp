@@ -196,7 +196,7 @@ time_ns ramp_ns(const machine &facts, double least_um) {
         const double per_s = std::min(channel.slew_um_per_s, facts.ramp_um_per_s);
         longest_s = std::max(longest_s, std::max(channel.limit_um, least_um) / per_s);
     }
-    return static_cast<time_ns>(1e9 * longest_s);
+    return static_cast<time_ns>(1e9 * std::min(longest_s, 1e6));
 }
 
 time_ns longest_lag(const run &of) {

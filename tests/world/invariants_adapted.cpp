@@ -485,11 +485,11 @@ class probes_invariant : public invariant {
             return {std::clamp(above + x - 0.5, 0.0, 20.0), std::clamp(below - x - 0.5, 0.0, 20.0)};
         }
     };
-    void sum_up(const std::vector<double> &may_take, double root_s, double cusum) {
+    void sum_up(const std::vector<double> &may_take, double near_um, double root_s, double cusum) {
         std::vector<side_sums> found;
         for (const double e : may_take) {
             const side_sums one = sums_.with(e / root_s);
-            if (std::fabs(one.larger() - cusum) <= 1e-3) found.push_back(one);
+            if (std::fabs(one.larger() - cusum) <= 1e-3 + near_um / root_s) found.push_back(one);
         }
         if (sums_known_ && found.empty())
             violated(fmt::format("the sum of innovations is {}, by the filter {}", cusum,
@@ -557,7 +557,7 @@ class probes_invariant : public invariant {
                                  now.asks ? "asks for" : "does not ask for", taken ? "" : "not "));
         if (taken) {
             sums_known_ = sums_known_ && (pends_known_ || !beyond);
-            sum_up(may_take, root_s, now.cusum);
+            sum_up(may_take, beyond ? rest_near_um_ : 0, root_s, now.cusum);
             return judge_step(now, may_take, beyond, m);
         }
         if (pending_.size() < 2) pending_.push_back(e);
@@ -582,6 +582,7 @@ class probes_invariant : public invariant {
             violated(fmt::format("one probe moves the term by {} um", way));
         knows_ = knows_ && (pends_known_ || !beyond);
         pending_.clear();
+        rest_near_um_ = 0;
         pends_known_ = !beyond;
         if (!knows_) return;
         double least_off = 1e30, taken_um = 0;
@@ -613,6 +614,7 @@ class probes_invariant : public invariant {
                                  bias_by, gain_by, step->bias_by, step->gain_by));
         p_ = narrowed(p_, m, s, step->share);
         if (beyond) keep_rest(taken_um - way, m);
+        rest_near_um_ = std::fabs(gain_by) * m_near;
         // What it does not know well it forgets.
         knows_ = newest_.m.near < 0.002 * std::fabs(m) + 0.0025;
     }
@@ -655,6 +657,7 @@ class probes_invariant : public invariant {
     bool knows_ = true;            // P
     std::vector<double> pending_;  // innovations outside of the gate, the oldest first
     bool pends_known_ = true;
+    double rest_near_um_ = 0;               // of the oldest, if it is what a step left
     double pending_h_ = 0, since_s_ = 1e9;  // behind a probe that was taken
     bool since_known_ = true;
     side_sums sums_;  // of innovations

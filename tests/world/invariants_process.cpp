@@ -76,7 +76,7 @@ class exit_invariant : public invariant {
         if (!of_.stop_asked || of_.asked_to_stop || longest_lag(of_) != 0) return;
         if (asked_ns_ == never) {
             asked_ns_ = of_.time.now();
-            most_ns_ = of_.rest_ns() + 15 * second;
+            most_ns_ = run::rest_ns(of_.running()) + 15 * second;
         }
         if (of_.time.now() - asked_ns_ > most_ns_)
             violated(fmt::format("the daemon has not ended {} s behind SIGTERM",

@@ -1490,12 +1490,21 @@ void drop_term(json &root, std::size_t index) {
         }
 }
 
-// The last sensor is neither doubted any more, nor asked about the others.
+// The last sensor is neither doubted any more, nor asked about the others: what they say of each
+// other without it (Schur complement; without that they would take it for one at its centre).
 void check_fewer(json &sensors) {
     const std::size_t left = sensors["signals"].size() - 1;
     if (left < 3) return;
-    for (const char *key : {"signals", "center", "precision"}) sensors[key].erase(left);
-    for (json &row : sensors["precision"]) row.erase(left);
+    for (const char *key : {"signals", "center"}) sensors[key].erase(left);
+    json &precision = sensors["precision"];
+    const std::vector<double> of_left = precision[left];
+    precision.erase(left);
+    for (std::size_t j = 0; j < left; ++j) {
+        precision[j].erase(left);
+        for (std::size_t k = 0; k < left; ++k)
+            precision[j][k] =
+                precision[j][k].get<double>() - of_left[j] * of_left[k] / of_left[left];
+    }
 }
 
 // Nodes of CAN whose signal is read no longer.

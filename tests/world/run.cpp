@@ -24,6 +24,7 @@ using fakeplc::modbus::word;
 
 // The longest time that the daemon may take from SIGTERM to its end, beside the ramps of its file.
 constexpr time_ns longest_stop = 120 * second;
+constexpr time_ns longest_rest = 1000 * second;
 constexpr double largest_before_um = 300.0;  // of any output of the machines that are drawn
 constexpr time_ns restart_pause = 2 * second;
 constexpr std::uint64_t most_recorded = 20000;  // cycles of a record, which must fit on the disk
@@ -219,18 +220,14 @@ const machine &run::author_of(const exchange &seen) const {
     return file_at(seen.function == 23 ? combined_ : taken_, seen.sent);
 }
 
+time_ns run::rest_ns(const machine &by) {
+    return 5 * second + ramp_ns(by, largest_before_um) + static_cast<time_ns>(by.hold_us) * us;
+}
+
 time_ns run::rest_ns() {
     follow_file();
-    double ramp_s = 0;
-    for (const machine *facts : {&running(), static_cast<const machine *>(&box_machine)}) {
-        for (const auto &channel : facts->channels) {
-            const double speed = std::min(channel.slew_um_per_s, facts->ramp_um_per_s);
-            ramp_s = std::max(ramp_s,
-                              std::max(channel.limit_um, largest_before_um) / std::max(speed, 1.0));
-        }
-        ramp_s += static_cast<double>(facts->hold_us) * 1e-6;
-    }
-    return 5 * second + static_cast<time_ns>(std::min(ramp_s, 100.0) * 1e9);
+    const time_ns now = rest_ns(running());
+    return std::max(rest_ns(box_machine), now > longest_rest ? 0 : now);
 }
 
 // To rest, then what a connection, a restart and the operator's reset may take.
@@ -539,6 +536,9 @@ void run::count_tick() {
 // The quiet end of a run: the world is put right, and must recover.
 void run::end_faults() {
     if (!faults.active()) return;
+    // Nobody waits hours for a file to go to zero: the operator switches the box off and on.
+    follow_file();
+    if (rest_ns(running()) > longest_rest) box.kill();
     faults.end();
     if (quiet_ > 0) quiet_ = std::max(quiet_, quiet_cycles());
     each([](invariant &one) { one.faults_ended(); });

@@ -94,7 +94,10 @@ class run {
     // Signs what comes to config_path, before it comes.
     void sign(const std::string &text);
     void put_signed(const std::string &text);  // both, in the place of the file before
-    // out: after so long with enable off all outputs are zero
+    // out: after so long with enable off all outputs of this file's box are zero
+    static time_ns rest_ns(const machine &by);
+    // Likewise of this run's box in its quiet end, where a file that goes to zero for hours is
+    // gone.
     time_ns rest_ns();
     static constexpr const char *config_path = "/etc/compbox/coefficients.json";
     static constexpr const char *signature_path = "/etc/compbox/coefficients.json.minisig";

@@ -197,6 +197,8 @@ const edge edges[] = {
     {"events", 912251, 1500, "power_cut,restart,enable", nullptr},
     // A thermometer's sample comes behind the reading of a probe, and before its step.
     {"probes", 912348, 1500, "power_cut,restart,enable", nullptr},
+    // What a limited step leaves pending is known as well as its model value.
+    {"probes", 141418, 200, "sensors,can", nullptr},
     // The thread that writes events stands still to the end, and nobody reads the line about it.
     {"events", 950086, 2500, "preempt,kill,restart,clock,stall,stray,reader", nullptr},
     // A lie within the rounding of the range: the look-ahead may lead to anywhere.
@@ -288,6 +290,10 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A file that goes to zero for an hour is asked to stop, and runs at the end of the faults.
+    {"exit", 123076, 2500, "restart,hostile,state", nullptr},
+    // A later file checks one sensor fewer.
+    {"service", 132679, 2500, "all", nullptr},
     // A sample of CAN comes between the reading and the step, and a lag of 21 ms follows it.
     {"reference", 35003634, 2500, "sensors", nullptr},
     // Behind a suspend nobody is known to be trusted; one without a value is predicted, no doubt.
