@@ -199,7 +199,8 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
       deaf_(seed, "systemd"),
       threads_(seed, "threads"),
       halves_(seed, "halves"),
-      echoes_(seed, "echoes") {
+      echoes_(seed, "echoes"),
+      stops_(seed, "stops") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;

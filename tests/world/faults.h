@@ -103,6 +103,7 @@ class fault_injector : public call_faults,
     // out: how much longer than usual no daemon runs; PLC and machine go on
     time_ns stays_off();
     void starting();
+    void stopping();  // the daemon gets SIGTERM next
 
     bool has(fault_kind kind) const { return active_ && on_[index(kind)]; }
     dice &chance(fault_kind kind) { return chances_[index(kind)]; }
@@ -204,6 +205,7 @@ class fault_injector : public call_faults,
 
     void plan_files();  // faults_files.cpp
     void plan_disk();
+    void fill_disk(std::int64_t takes, time_ns lasts);
     void plan_links();
     void remove_link(const std::string &path);
     void put_another_file();
@@ -275,6 +277,7 @@ class fault_injector : public call_faults,
     dice halves_;              // of torn replies around a deadline
     int refused_thread_ = -1;  // so many come before it; below 0: none is refused
     dice echoes_;              // of replies to writes
+    dice stops_;               // of the disk that a daemon ends on
     std::string silent_;       // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;

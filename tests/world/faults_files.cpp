@@ -246,6 +246,25 @@ void fault_injector::starting() {
     refused_thread_ = lacks ? static_cast<int>(threads_.below(8)) : -1;
 }
 
+// in : how many bytes it still takes
+void fault_injector::fill_disk(std::int64_t takes, time_ns lasts) {
+    file_tree &files = of_.box.files;
+    files.capacity_bytes = files.used_bytes() + takes;
+    files.refuses_cuts = own_.one_in(2);  // what is torn then stays for a while
+    later(lasts, [&files] {
+        files.capacity_bytes = whole_disk_bytes;
+        files.refuses_cuts = false;
+    });
+    note(fault_kind::disk, fmt::format("full for {} ms", lasts / ms));
+}
+
+// The last lines of a daemon may find no room.
+void fault_injector::stopping() {
+    if (!has(fault_kind::disk) || !stops_.one_in(3)) return;
+    const auto takes = static_cast<std::int64_t>(stops_.log_between(100, 60e3));
+    fill_disk(takes, static_cast<time_ns>(stops_.log_between(1e9, 20e9)));
+}
+
 void fault_injector::plan_disk() {
     repeat(fault_kind::disk, 10 * second, [this] {
         dice &drawn = chance(fault_kind::disk);
@@ -253,13 +272,7 @@ void fault_injector::plan_disk() {
         const auto lasts = static_cast<time_ns>(drawn.log_between(10e6, 20e9));
         switch (drawn.below(4)) {
             case 0:
-                files.capacity_bytes = files.used_bytes() + drawn.time_between(0, 3000);
-                files.refuses_cuts = own_.one_in(2);  // what is torn then stays for a while
-                later(lasts, [&files] {
-                    files.capacity_bytes = whole_disk_bytes;
-                    files.refuses_cuts = false;
-                });
-                note(fault_kind::disk, fmt::format("full for {} ms", lasts / ms));
+                fill_disk(drawn.time_between(0, 3000), lasts);
                 break;
             case 1:
                 files.read_only = true;

@@ -63,7 +63,7 @@ class events_invariant : public invariant {
         gives_up_ = gives_up_ || line.find("a file blocks the end") != std::string::npos;
         if (line.find(std::string(run::events_path) + ": cannot be written: No space") !=
             std::string::npos)
-            full_at_ = lines_in_file();
+            full_at_ = lines().size();
     }
     void ended(const ending &how) override {
         note_signal();
@@ -78,9 +78,10 @@ class events_invariant : public invariant {
         if (how.by_signal || draws_any(of_, {fault_kind::refuse, fault_kind::partial,
                                              fault_kind::links, fault_kind::reader}))
             return;
-        if (full_at_ && !rotated_ && lost_ == 0 && lines_ > *full_at_)
-            violated(fmt::format("{} events behind a full disk, and none says what was lost",
-                                 lines_ - *full_at_));
+        const std::ptrdiff_t behind = full_at_ && !rotated_ ? whole_lines_from(*full_at_ - 1) : 0;
+        if (lost_ == 0 && behind > 0)
+            violated(
+                fmt::format("{} events behind a full disk, and none says what was lost", behind));
         if (draws(of_, fault_kind::disk)) return;
         if (untold_ && of_.keeps_events() && !rotated_ && lost_ + left_out_ == 0 && !gives_up_)
             violated(fmt::format("revision {} runs, and no event says so", *untold_));
@@ -244,9 +245,18 @@ class events_invariant : public invariant {
                                  (of_.time.now() - whole_.front().first) / ms));
         whole_.clear();
     }
-    std::size_t lines_in_file() const {
+    std::vector<std::string> lines() const {
         const auto file = of_.box.files.find(run::events_path, false);
-        return file == nullptr ? 0 : formats::split(file->bytes, '\n').size();
+        return formats::split(file == nullptr ? std::string() : file->bytes, '\n');
+    }
+    // What a full disk has torn is none.
+    std::ptrdiff_t whole_lines_from(std::size_t first) const {
+        const std::vector<std::string> all = lines();
+        const auto is_whole = [](const std::string &line) {
+            return !line.empty() && line.back() == '}';
+        };
+        const std::size_t from = std::min(first, all.size());
+        return std::count_if(all.begin() + static_cast<std::ptrdiff_t>(from), all.end(), is_whole);
     }
     std::shared_ptr<const node> put_aside() const {
         return of_.box.files.find(std::string(run::events_path) + ".1", false);

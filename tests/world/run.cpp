@@ -517,6 +517,7 @@ void run::daemon_ended(const ending &how) {
 
 void run::stop_daemon() {
     stop_asked = true;
+    faults.stopping();
     box.send_signal(15);
 }
 

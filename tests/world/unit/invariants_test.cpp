@@ -290,6 +290,10 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A power cut tears the first line of the record, and the next start fails.
+    {"contents", 142499, 2500,
+     "preempt,reset,twice,partial,power_cut,restart,reload,state,clock,suspend,stall,foreign,mute",
+     nullptr},
     // A file that goes to zero for an hour is asked to stop, and runs at the end of the faults.
     {"exit", 123076, 2500, "restart,hostile,state", nullptr},
     // A later file checks one sensor fewer.
