@@ -97,7 +97,8 @@ static struct cb_serial_opened not_taken(int fd, int error) {
     return (struct cb_serial_opened){.fd = -1, .error = error};
 }
 
-/* A frame may be on its way: none begins within 3.5 characters (Modbus over serial line, 2.5.1). */
+/* A frame may be on its way, and none begins within 3.5 characters behind it (Modbus over serial
+ * line, 2.5.1). Bytes that come meanwhile are kept: by them the reader knows that it was one. */
 static void await_silence(const struct cb_rtu_line *line) {
     const struct timespec silence = cb_timespec(cb_rtu_silences(line).between_us * 1000LL);
     nanosleep(&silence, NULL);
@@ -112,8 +113,8 @@ struct cb_serial_opened cb_serial_open(const struct cb_serial_config *config) {
     if (error == 0 && config->rs485) error = switch_driver_by_rts(fd);
     if (error != 0) return failed(fd, error);
     request_low_latency(fd);
-    await_silence(&config->line);
     tcflush(fd, TCIOFLUSH);
+    await_silence(&config->line);
     return (struct cb_serial_opened){.fd = fd};
 }
 

@@ -101,7 +101,9 @@ void fault_injector::plan_wires() {
         line->plug(false);
         time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
         if (plugs->one_in(6)) back *= 4;
-        of_.time.at(of_.time.now() + back, [line] { line->plug(true); });
+        of_.time.at(of_.time.now() + back, [this, line] {
+            if (active_ || !line->is_plugged()) line->plug(true);
+        });
     });
     repeat(fault_kind::can, 6 * second, [this] {
         if (of_.can == nullptr) return;

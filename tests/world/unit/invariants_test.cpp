@@ -378,6 +378,8 @@ const edge edges[] = {
     // product. A bus sends as soon as its device is open: another one.
     {"reload", 15, 5060, "loss,reload,line", nullptr},
     {"gap", 101236, 10, "delay,hostile,sensors", nullptr},
+    // A reply to the file before comes while its successor opens the device.
+    {"gap", 143548, 110, "tear,kill,restart,reload,line", nullptr},
     // Of two banks with the same lag and other ranges one is gone, and comes back.
     {"lags", 103060, 2310, "enable,reload,sensors", nullptr},
     // The first sample of a bus comes just before a reading.
