@@ -151,16 +151,21 @@ static bool outlived(const struct cb_cycle *cycle, const struct cb_box *box) {
     return cycle->tick_us - cycle->step_at_us > clock_us(box);
 }
 
+/* out: a read-back does not count behind a longer time: a suspend or a pause of the loop lies
+ *      between, in which the PLC may have restarted or moved on */
+static int64_t recent_us(const struct cb_box *box) {
+    return (int64_t)CB_STEP_PERIODS * box->config.period_us;
+}
+
 /* All requests of a cycle before its step.
  * in : combined: one FC23 writes the outputs of the step before, and reads
  * out: in->read_ok and held with their registers. A read-back that had the cycle before for itself
- *      counts unless a suspend or a pause of the loop lies between. */
+ *      counts if it is recent. */
 static void exchange_before(struct cb_cycle *cycle, const struct cb_box *box,
                             const struct exchange *exchange, bool combined) {
-    const int64_t most_us = (int64_t)CB_STEP_PERIODS * box->config.period_us;
     const uint8_t turn = cycle->turn;
     const bool answered = cycle->in.held == CB_TRANSFER_OK || cycle->in.held == CB_TRANSFER_REFUSED;
-    const bool recent = cycle->tick_us - cycle->step_at_us <= most_us;
+    const bool recent = cycle->tick_us - cycle->step_at_us <= recent_us(box);
     cycle->turn = CB_TURN_BESIDE;
     if (turn != CB_TURN_DONE || !answered || !recent) cycle->in.held = CB_TRANSFER_NONE;
     if (combined) {
@@ -207,7 +212,9 @@ void cb_cycle_run(struct cb_cycle *cycle, struct cb_box *box, const struct cb_ha
     cycle->in.stop = hal->stop_requested(hal->context);
 
     const int64_t step_from_us = now(hal);
-    if (step_from_us - cycle->tick_us > clock_us(box)) forget_exchange(cycle);
+    const int64_t waited_us = step_from_us - cycle->tick_us;
+    if (waited_us > recent_us(box)) cycle->in.held = CB_TRANSFER_NONE;
+    if (waited_us > clock_us(box)) forget_exchange(cycle);
     cycle->step_at_us = step_from_us;
     cycle->step_exchange_us = cycle->in.exchange_us;
     cycle->step_last_write = cycle->in.last_write;

@@ -200,7 +200,9 @@ fault_injector::fault_injector(run &of, const fault_set &kinds, const fault_limi
       threads_(seed, "threads"),
       halves_(seed, "halves"),
       echoes_(seed, "echoes"),
-      stops_(seed, "stops") {
+      stops_(seed, "stops"),
+      pauses_(seed, "pauses"),
+      gaps_(seed, "gaps") {
     for (std::size_t k = 0; k < fault_kinds; ++k) {
         const auto kind = static_cast<fault_kind>(k);
         on_[k] = kinds.count(kind) > 0;
@@ -448,7 +450,7 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
     }
     if (due(strays_)) fate.stray = draw_stray(request);
     if (fate.lost) fate.stray = stray_reply::none;
-    if (is_mute(request) && garbles_)
+    if (is_mute(request) && garbles_ && !gaps_.one_in(6))
         fate.stray = chance(fault_kind::mute).one_in(2) ? stray_reply::other_unit
                                                         : stray_reply::other_function;
     if (active_ && of_.time.now() < gateway_until_ && request[0] != 3) {
@@ -462,7 +464,19 @@ reply_fate fault_injector::at_request(const fakeplc::byte_string &request) {
         fate.exception = refused_code_;
     if (active_ && of_.time.now() < hides_block_until_ && is_read_back(request)) fate.exception = 2;
     if (active_ && of_.time.now() < slow_until_) fate.delay_ns = slow_ns_;
+    if (has(fault_kind::suspend) && is_read_back(request) && pauses_.one_in(8))
+        pause_behind_read_back();
     return fate;
+}
+
+// While what the box has read waits for its use.
+void fault_injector::pause_behind_read_back() {
+    const time_ns period_ns = of_.running().period_us * us;
+    const time_ns lasts = pauses_.time_between(3 * period_ns, 20 * period_ns);
+    later(pauses_.time_between(0, 2 * period_ns), [this, lasts] {
+        note(fault_kind::suspend, fmt::format("for {} ms, behind a read-back", lasts / ms));
+        of_.box.suspend(lasts);
+    });
 }
 
 }  // namespace compbox::world

@@ -204,6 +204,7 @@ class fault_injector : public call_faults,
     void heal_computer();
 
     void plan_files();  // faults_files.cpp
+    void pause_behind_read_back();
     void plan_disk();
     void fill_disk(std::int64_t takes, time_ns lasts);
     void plan_links();
@@ -278,6 +279,8 @@ class fault_injector : public call_faults,
     int refused_thread_ = -1;  // so many come before it; below 0: none is refused
     dice echoes_;              // of replies to writes
     dice stops_;               // of the disk that a daemon ends on
+    dice pauses_;              // behind read-backs
+    dice gaps_;                // of replies that nobody can take: some do not come at all
     std::string silent_;       // a signal without a value for more than half an hour
     std::uint64_t foreign_made_ = 0;
     std::string older_state_;

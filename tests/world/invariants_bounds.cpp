@@ -445,6 +445,43 @@ class outage_invariant : public invariant {
     bool beats_ = false, restarted_ = false;
 };
 
+// A read-back counts for the exchanges that follow it: behind a pause the registers may have other
+// values, and the box reads them again before it writes (hal/cycle.h).
+class placed_invariant : public invariant {
+  public:
+    explicit placed_invariant(run &of)
+        : invariant(of, "placed"),
+          judged_(!draws_any(
+              of, {fault_kind::wire, fault_kind::line, fault_kind::reset, fault_kind::tear,
+                   fault_kind::partial, fault_kind::stray, fault_kind::plc_stop, fault_kind::memory,
+                   fault_kind::hostile, fault_kind::reload})) {}
+    void started() override {
+        held_ns_ = never;
+        written_ns_ = -never / 2;
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || seen.sent < written_ns_) return;
+        // One of which nothing comes is not repeated for ever.
+        if (seen.duration == never || seen.exception != 0) fails_ns_ = seen.sent;
+        if (is_read_back(facts, seen) && seen.duration != never) held_ns_ = seen.now;
+        if (seen.written.empty()) return;
+        const time_ns period_ns = of_.author_of(seen).period_us * us;
+        const bool is_behind_outage = seen.sent - written_ns_ > contact_lasts(facts);
+        if (is_behind_outage && held_ns_ != never && held_ns_ > std::max(written_ns_, fails_ns_) &&
+            seen.sent - held_ns_ > most_periods * period_ns)
+            violated(fmt::format("the first write comes {} ms behind the read-back",
+                                 (seen.sent - held_ns_) / ms));
+        written_ns_ = seen.sent;
+    }
+
+  private:
+    static constexpr time_ns most_periods = 6;  // the box: two between the steps, fc23 one more
+    bool judged_;
+    time_ns held_ns_ = never;  // the newest read-back with a reply
+    time_ns fails_ns_ = -never / 2, written_ns_ = -never / 2;
+};
+
 }  // namespace
 
 void add_bounds(run &of, invariants &all) {
@@ -455,6 +492,7 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<plc_size_invariant>(of));
     all.push_back(std::make_unique<start_invariant>(of));
     all.push_back(std::make_unique<outage_invariant>(of));
+    all.push_back(std::make_unique<placed_invariant>(of));
 }
 
 }  // namespace compbox::world

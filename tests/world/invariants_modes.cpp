@@ -155,7 +155,7 @@ class permission_invariant : public invariant {
         contact_ = start_known_ = refuses_ = writes_any_ = stops_ = false;
         writes_ = 0;
         refused_ns_ = never;
-        mode_ = fakeplc::box_mode::standby;
+        mode_ = mode_before_ = fakeplc::box_mode::standby;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
@@ -249,11 +249,14 @@ class permission_invariant : public invariant {
         if (start_known_ && !lost_ && block.reason == box_reason::wait)
             violated("a box that has just started waits for permission, and nothing was lost");
         take_edge(facts, seen, block);
-        const unsigned mode_before = std::exchange(mode_, block.mode);
+        // A line repeats a write without a reply.
+        if (block.heartbeat != beat_) mode_before_ = mode_;
+        beat_ = block.heartbeat;
+        mode_ = block.mode;
         const bool is_confirmed = stops_ || seen.duration != never;
         stops_ = block.mode == fakeplc::box_mode::stopped && is_confirmed;
         if (block.mode != fakeplc::box_mode::active) {
-            if (is_loss(mode_before, block)) lost_ns_ = seen.sent;
+            if (is_loss(mode_before_, block)) lost_ns_ = seen.sent;
             lost_ = lost_ || lost_ns_ == seen.sent;
             return;
         }
@@ -285,7 +288,9 @@ class permission_invariant : public invariant {
     static constexpr int first_writes = 10;
     int writes_ = 0;                              // of this daemon
     bool start_known_ = false;                    // whether something was lost before this start
-    unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write
+    unsigned mode_ = fakeplc::box_mode::standby;  // of the newest write …
+    unsigned mode_before_ = mode_;                // … and of the step before its own
+    std::uint16_t beat_ = 0;                      // of the newest write
 };
 
 // A fault ends by the reset bit going from 0 to 1, by a stop, or by a restart. An edge while its

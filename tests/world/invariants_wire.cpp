@@ -115,6 +115,7 @@ class account_invariant : public invariant {
         ended_ = of_.box.tcp_ended;
         start_ns_ = of_.time.now();
         connections_ = of_.plc.connections_made();
+        closed_unasked_ = of_.net.closed_unasked;
         unheard_ = stopped_ = halves_ = 0;
         readings_ = writes_ = 0;
         silences_ = silent_ = 0;
@@ -152,6 +153,7 @@ class account_invariant : public invariant {
     }
     void ticked() override {
         asking_cycles_ += std::exchange(sent_at_tick_, of_.box.tcp_sent) != of_.box.tcp_sent;
+        judge_unasked();
         const time_ns idle_ns = of_.time.now() - of_.net.closed_ns;
         if (!by_tcp_ || of_.net.open > 0 || longest_lag(of_) != 0 || draws(of_, fault_kind::memory))
             return;
@@ -165,6 +167,18 @@ class account_invariant : public invariant {
     }
 
   private:
+    // The cycle that finds a connection up asks on it.
+    void judge_unasked() {
+        const bool gave_up =
+            std::exchange(closed_unasked_, of_.net.closed_unasked) != of_.net.closed_unasked;
+        if (!by_tcp_ || draws_any(of_, {fault_kind::memory, fault_kind::refuse})) return;
+        if (gave_up && !of_.stop_asked)
+            violated("a connection is given up on which nothing was sent");
+        const time_ns idle_ns = of_.time.now() - of_.net.unasked_ns;  // below 0: there is none
+        if (longest_lag(of_) == 0 && idle_ns > 2 * of_.running().period_us * us)
+            violated(
+                fmt::format("nothing is sent on a connection that is up for {} ms", idle_ns / ms));
+    }
     // A connection that had replies to both is begun again at once (docs/compboxd.md).
     void note_proof(const exchange &seen) {
         if (std::exchange(attempt_, of_.net.attempts) != of_.net.attempts) readings_ = writes_ = 0;
@@ -265,6 +279,7 @@ class account_invariant : public invariant {
 
     static constexpr time_ns longest_start = 15 * ms;
     static constexpr time_ns most_idle = 4 * second;  // the box: a pause of one, an attempt of one
+    std::uint64_t closed_unasked_ = 0;
     bool by_tcp_;
     time_ns start_ns_ = 0;
     int connections_ = 0;  // before this daemon

@@ -2412,7 +2412,7 @@ DEFECTS_BY_OTHERS = [
     ("other-reading-of-before-a-suspend",
      "A suspend between the exchange and the step leaves the step what was read before it",
      ("hal/cycle.c",
-      "    if (step_from_us - cycle->tick_us > clock_us(box)) forget_exchange(cycle);\n",
+      "    if (waited_us > clock_us(box)) forget_exchange(cycle);\n",
       "")),
     ("other-bus-report-is-never-told",
      "What the slow bus does is never told to the statistics",
@@ -2961,8 +2961,8 @@ DEFECTS_BY_OTHERS = [
      "A read-back that had the cycle before for itself (fc23, slow PLC) counts although up to five periods lie "
      "between it and the reading, for example behind a pause of the loop; decision 5 allows two",
      ("hal/cycle.c",
-      "    const int64_t most_us = (int64_t)CB_STEP_PERIODS * box->config.period_us;\n",
-      "    const int64_t most_us = (int64_t)CB_CLOCK_PERIODS * box->config.period_us;\n")),
+      "cycle->tick_us - cycle->step_at_us <= recent_us(box);\n",
+      "cycle->tick_us - cycle->step_at_us <= clock_us(box);\n")),
     ("other-measurement-of-the-run-before-is-taken-again",
      "Lines that the measured file has at the start are not remembered. When another name is measured within "
      "five minutes of a restart, the file is read again and the old measurement is taken a second time",

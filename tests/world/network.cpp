@@ -126,6 +126,7 @@ void connection::count(bool open) {
     if (counted_ == open) return;
     counted_ = open;
     of_.open += open ? 1 : -1;
+    of_.unasked_ns = never;
     if (of_.open == 0) of_.closed_ns = of_.box.time.now();
 }
 
@@ -171,6 +172,7 @@ void connection::answer_attempt(std::uint16_t port) {
         return;
     }
     state = phase::up;
+    of_.unasked_ns = of_.box.time.now();
     open_at_peer = true;
     if (!peer_->accepted(shared_from_this())) {
         open_at_peer = false;
@@ -216,6 +218,8 @@ long connection::give(const void *from, std::size_t count) {
     if (error != 0) return -std::exchange(error, 0);
     if (shut_ || state == phase::over) return -EPIPE;
     if (state != phase::up) return -ENOTCONN;
+    given_ = true;
+    of_.unasked_ns = never;
     of_.box.hash.add(from, count);
     of_.box.hash.add(of_.box.time.now());
     put_on_wire(false, std::string(static_cast<const char *>(from), count), 0);
@@ -237,6 +241,7 @@ void connection::close(bool discard) {
     count(false);
     discards_ = discard;
     if (state != phase::up) return;
+    of_.closed_unasked += !given_ && !fin_ && error == 0;
     const bool reset = discard || !inbox_.empty();
     if (shut_ && !reset) return;
     after_all(false, [reset](connection &self) {

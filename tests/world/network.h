@@ -69,6 +69,9 @@ class network {
     int open = 0;
     time_ns closed_ns = 0;
     std::uint64_t attempts = 0;  // to connect
+    // Since then a connection is up on which the box has sent nothing yet; never: there is none.
+    time_ns unasked_ns = never;
+    std::uint64_t closed_unasked = 0;  // by the box, while the peer had it open
     // false: no packet passes in either direction (an unplugged cable)
     bool plugged = true;
     // How long a peer takes to accept a connection, beyond the way there and back.
@@ -113,7 +116,8 @@ class connection : public std::enable_shared_from_this<connection> {
     network &of_;
     tcp_peer *peer_ = nullptr;
     std::string inbox_;
-    bool fin_ = false, shut_ = false, gone_ = false, discards_ = false, counted_ = false;
+    bool given_ = false, fin_ = false, shut_ = false, gone_ = false, discards_ = false,
+         counted_ = false;
     time_ns last_due_[2] = {0, 0};  // of the newest segment to the peer, to the box
     bool stalled_[2] = {false, false};
 };

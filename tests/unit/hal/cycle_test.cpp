@@ -400,6 +400,31 @@ TEST(cycle, what_was_read_before_a_suspend_is_not_given_to_the_step_behind_it) {
     EXPECT_LE(p.steepest, 1);
 }
 
+// Not even where the pause is short enough for the reading to count: the contact that is lost by it
+// needs a read-back of its own.
+TEST(cycle, what_was_read_back_before_a_pause_does_not_place_the_outputs_behind_it) {
+    plant p;
+    p.run(40);
+    p.unplug();
+    p.run(8);
+    p.plug();
+    const auto awake = p.hal.stop_requested;
+    p.hal.stop_requested = [](void *context) {
+        auto *sim = static_cast<simulation::virtual_hal *>(context);
+        sim->pass(sim->now_us() + 3 * period_us);
+        return false;
+    };
+    p.run(1);
+    EXPECT_TRUE(p.cycle.in.read_ok);
+    EXPECT_EQ(p.cycle.in.held, CB_TRANSFER_NONE);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_LOST);
+    EXPECT_FALSE(p.cycle.out.write);
+    p.hal.stop_requested = awake;
+    p.run(1);
+    EXPECT_EQ(p.box->plc.contact, CB_CONTACT_KNOWN);
+    EXPECT_LE(p.steepest, 1);
+}
+
 TEST(cycle, samples_reach_the_box) {
     plant p;
     p.run(20);

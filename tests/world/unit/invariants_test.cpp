@@ -290,6 +290,10 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A repeated write is no step of its own.
+    {"permission", 2570, 2500, "loss,restart,suspend,foreign,slow,mute", nullptr},
+    // A pause behind a look back, in which contact is lost: that look places no output.
+    {"slew", 2712, 60, "loss,restart,suspend,foreign,slow,mute", nullptr},
     // A power cut tears the first line of the record, and the next start fails.
     {"contents", 142499, 2500,
      "preempt,reset,twice,partial,power_cut,restart,reload,state,clock,suspend,stall,foreign,mute",
