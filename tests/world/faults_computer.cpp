@@ -77,12 +77,14 @@ const std::vector<int> &errors_of(const char *call) {
 }  // namespace
 
 // Calls that change a name or a length are seldom, and so are those that ask for them: of one seed
-// in four each of them may fail. out: the dice for it; null: it does not
+// in four each of them may fail, and those of keys, which are fewer, more often. out: the dice for
+// it; null: it does not
 dice *fault_injector::weak(const call_site &site) {
+    const bool is_of_keys = std::string_view(site.path).rfind(run::keys_path, 0) == 0;
     for (weak_calls &of : weak_calls_)
         if (of.are_weak && has(fault_kind::refuse) && of_.cycles_of_daemon > 0 &&
             std::count(of.names.begin(), of.names.end(), site.name) > 0 &&
-            of.chance.one_in(of.many) && takes_one(fault_kind::refuse))
+            of.chance.one_in(is_of_keys ? 6 : of.many) && takes_one(fault_kind::refuse))
             return &of.chance;
     return nullptr;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "tests/world/wrong_file.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -30,6 +31,20 @@ json *lag_of(json &root) {
 // out: whether a signal or channel has a number of two registers
 bool is_wide(const json &entry) {
     return entry["type"].get<std::string>().find("16") == std::string::npos;
+}
+
+json *tangent_of(json &root) {
+    for (auto &channel : root["channels"])
+        if (channel.contains("tangent")) return &channel["tangent"];
+    return nullptr;
+}
+
+// out: of the channel's register; 0: it has a real
+double unit_um(const json &root, const json &name) {
+    for (const json &channel : root["channels"])
+        if (channel["name"] == name && channel["type"].get<std::string>().rfind("float", 0) != 0)
+            return channel.value("scale", 1.0);
+    return 0;
 }
 
 // out: whether there is something to change
@@ -244,6 +259,92 @@ const mistake mistakes[] = {
     [](json &root) {
         if (!root.contains("pairs")) return false;
         root["pairs"].push_back(root["pairs"][0]);
+        return true;
+    },
+    // Two values that differ by this much may be a unit of each further apart in the registers.
+    [](json &root) {
+        if (!root.contains("pairs")) return false;
+        json &pair = root["pairs"][0];
+        const double one = unit_um(root, pair["channels"][0]),
+                     other = unit_um(root, pair["channels"][1]);
+        if (one == 0 || other == 0) return false;
+        pair["max_difference_um"] = std::max(one, other) + std::min(one, other) / 2;
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("pairs")) return false;
+        root["pairs"][0]["channels"].erase(1);
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("pairs")) return false;
+        const json &name = root["pairs"][0]["channels"][1];
+        for (json &channel : root["channels"]) {
+            if (channel["name"] != name || !channel.contains("applied")) continue;
+            channel.erase("applied");
+            return true;
+        }
+        return false;
+    },
+    // Two that follow each other.
+    [](json &root) {
+        json *const lag = lag_of(root);
+        if (lag == nullptr) return false;
+        json other = *lag;
+        other["name"] = "circle";
+        other["lag_of"] = (*lag)["name"];
+        (*lag)["lag_of"] = "circle";
+        root["signals"].push_back(other);
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("sensors")) return false;
+        json &names = root["sensors"]["signals"];
+        names[1] = names[0];
+        return true;
+    },
+    [](json &root) {
+        json *const lag = lag_of(root);
+        if (lag == nullptr || !root.contains("sensors")) return false;
+        root["sensors"]["signals"][0] = (*lag)["name"];
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("sensors")) return false;
+        json &precision = root["sensors"]["precision"];
+        precision[0][1] = precision[0][1].get<double>() + 0.5 * precision[0][0].get<double>();
+        return true;
+    },
+    [](json &root) {
+        return changes(tangent_of(root), [](json &tangent) {
+            tangent["slope_slew_per_s"] = tangent["slope_limit"].get<double>() / 2;
+        });
+    },
+    [](json &root) {
+        return changes(tangent_of(root), [](json &tangent) { tangent["slope_type"] = "uint32"; });
+    },
+    [](json &root) {
+        return changes(tangent_of(root), [](json &tangent) { tangent["signal"] = "T1"; });
+    },
+    [](json &root) {
+        root["plc"]["transport"]["tcp"]["address"] = "127.0.0.1";
+        root["plc"]["transport"]["rtu"]["device"] = "/dev/ttyS0";
+        return true;
+    },
+    [](json &root) {
+        if (!root["plc"]["transport"].contains("rtu")) return false;
+        root["plc"]["transport"]["rtu"]["baud"] = 1200;
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("can")) return false;
+        json &nodes = root["can"]["nodes"];
+        nodes.push_back(nodes[0]);
+        return true;
+    },
+    [](json &root) {
+        if (!root.contains("buses")) return false;
+        root["buses"][0]["rtu"]["device"] = "ttyS1";
         return true;
     },
 };
