@@ -151,6 +151,7 @@ class fault_injector : public call_faults,
     void plan_sensors();
     void plan_long_silence();
     void disturb_redundant();
+    void lie_together(dice own);
     void be_off(const std::string &sensor, double off, time_ns pause);
     void lose_position();
     void lose_velocity(const fakeplc::shown_signal &signal);
@@ -245,7 +246,7 @@ class fault_injector : public call_faults,
         dice chance;
         std::vector<std::string> names;
     };
-    std::array<weak_calls, 2> weak_calls_;
+    std::array<weak_calls, 3> weak_calls_;
     // Until then a call, a function or the disk refuses.
     std::string stormy_call_;
     int stormy_error_ = 0;

@@ -76,9 +76,9 @@ const std::vector<int> &errors_of(const char *call) {
 
 }  // namespace
 
-// Calls that change a name or a length are seldom, and so are those that ask for them: of one seed
-// in four each of them may fail, and those of keys, which are fewer, more often. out: the dice for
-// it; null: it does not
+// Calls that change a name or a length are seldom, and so are those that ask for them or begin a
+// thread: of one seed in four each of them may fail, and those of keys, which are fewer, more
+// often. out: the dice for it; null: it does not
 dice *fault_injector::weak(const call_site &site) {
     const bool is_of_keys = std::string_view(site.path).rfind(run::keys_path, 0) == 0;
     for (weak_calls &of : weak_calls_)

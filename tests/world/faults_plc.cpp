@@ -511,6 +511,7 @@ void fault_injector::disturb_redundant() {
     constexpr int steps = 8;
     dice &drawn = chance(fault_kind::sensors);
     const auto lasts = static_cast<time_ns>(drawn.log_between(300e6, 20e9));
+    lie_together(dice(of_.options.seed + static_cast<std::uint64_t>(lasts), "two sensors"));
     for (int more = drawn.one_in(4) ? 2 : 1; more > 0; --more) {
         const auto &sensor = drawn.one_of(of_.box_machine.redundant);
         const double size = sensor.contradicts * drawn.log_between(0.3, 10);
@@ -521,6 +522,22 @@ void fault_injector::disturb_redundant() {
         for (int step = drifts ? 1 : steps; step <= steps; ++step)
             be_off(sensor.name, off * step / steps, drifts ? lasts * (step - 1) / steps : 0);
         be_off(sensor.name, stays ? std::copysign(0.75 * sensor.contradicts, off) : 0, lasts);
+    }
+}
+
+// Two of as many as the box may doubt are far off for the same time: it finds one after the other.
+// The worse one is behind the other in the file, so that the detail names both in turn.
+void fault_injector::lie_together(dice own) {
+    const auto &all = of_.box_machine.redundant;
+    if (all.size() < 6 || !own.one_in(2)) return;
+    const std::size_t worse = 1 + own.below(all.size() - 1), other = own.below(worse);
+    const time_ns lasts = own.time_between(5 * second, 15 * second);
+    note(fault_kind::sensors, fmt::format("{} and {} are far off for {} ms", all[worse].name,
+                                          all[other].name, lasts / ms));
+    for (const std::size_t j : {worse, other}) {
+        const double size = all[j].contradicts * own.log_between(3, 4) * (j == worse ? 3 : 1);
+        be_off(all[j].name, own.one_in(2) ? -size : size, 0);
+        be_off(all[j].name, 0, lasts);
     }
 }
 

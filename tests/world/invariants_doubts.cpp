@@ -36,6 +36,7 @@ class doubts_invariant : public invariant {
         box_.emplace(of.box_machine);
         const nlohmann::json &root = of.box_machine.file();
         const nlohmann::json &sensors = root.at("sensors").at("signals");
+        after_s_ = root.at("sensors").value("after_s", 120.0);
         const auto add_lag = [&](const std::string &key, const std::string &input) {
             const auto source = std::find(sensors.begin(), sensors.end(), input);
             if (source != sensors.end())
@@ -61,6 +62,8 @@ class doubts_invariant : public invariant {
         if (!box_) return;
         box_->start(of_.starts() > 1 || of_.box.files.has(run::state_path));
         reads_ = false;
+        undoubted_ns_ = -never / 2;
+        first_named_.clear();
         past_.clear();
     }
     void exchanged(const exchange &seen) override {
@@ -70,7 +73,11 @@ class doubts_invariant : public invariant {
         }
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen));
+        if (!seen.written.empty() && reads_) {
+            const written_block &block = block_of(facts, seen);
+            judge(facts, block);
+            judge_second(facts, block, seen.sent);
+        }
         if (!is_reading(facts, seen)) return;
         reads_ = seen.duration != never && seen.exception == 0 && head_of(facts, seen).whole;
         if (!reads_) return;
@@ -149,6 +156,22 @@ class doubts_invariant : public invariant {
                 violated(fmt::format("{} is doubted too early, or agrees with the others", named));
         }
     }
+    // Behind a doubt the others begin to disagree anew: a second one takes as long again.
+    void judge_second(const machine &facts, const written_block &block, time_ns sent) {
+        using namespace box_reason;
+        if (block.mode != fakeplc::box_mode::active || longest_lag(of_) != 0) return;
+        const std::string named = doubted_in(facts, block);
+        if (named.empty()) {
+            if (block.reason != degraded) undoubted_ns_ = sent;
+            first_named_.clear();
+            return;
+        }
+        if (first_named_.empty()) first_named_ = named;
+        const time_ns least_ns = static_cast<time_ns>(1e9 * after_s_) - 3 * facts.period_us * us;
+        if (named != first_named_ && sent - undoubted_ns_ < least_ns)
+            violated(fmt::format("{} and {} are doubted {} ms behind a step without a doubt",
+                                 first_named_, named, (sent - undoubted_ns_) / ms));
+    }
     // What the lags of doubted sensors were in the newest time.
     void keep_lags() {
         for (const auto &[lag, source] : lags_) {
@@ -181,6 +204,9 @@ class doubts_invariant : public invariant {
     bool names_judged_;
     std::optional<reference_box> box_;
     bool reads_ = false;  // the newest reading came whole
+    double after_s_ = 0;
+    time_ns undoubted_ns_ = -never / 2;  // the newest step in ACTIVE that uses all sensors
+    std::string first_named_;            // by the detail since then
     std::map<std::string, std::size_t>
         lags_;  // of sensors that check each other: the place of each
     struct lag_value {
