@@ -3008,4 +3008,93 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "blackbox.c",
       "    if (box->word == NULL || word == requested) box->word = word;\n",
       "    if (box->word == NULL) box->word = word;\n")),
+    ("other-late-writes-dropped-at-turn",
+     "At the end of a turn the late writes are cleared before they are kept as the older ones, so a write "
+     "without reply leaves the possible interval one turn too early",
+     ("firmware/box/limiter.c",
+      "    state->older_min_um = state->late_min_um;\n"
+      "    state->older_max_um = state->late_max_um;\n"
+      "    state->late_min_um = FLT_MAX;\n"
+      "    state->late_max_um = -FLT_MAX;\n"
+      "    state->turn_us = turn_us;\n",
+      "    state->late_min_um = FLT_MAX;\n"
+      "    state->late_max_um = -FLT_MAX;\n"
+      "    state->older_min_um = state->late_min_um;\n"
+      "    state->older_max_um = state->late_max_um;\n"
+      "    state->turn_us = turn_us;\n")),
+    ("other-nan-is-in-range",
+     "The range check lets a NaN through (De Morgan of the comparison), so a sensor or register that reads NaN "
+     "counts as plausible with the value min",
+     ("firmware/signals/plausible.h",
+      "    return value >= signal->min - slack && value <= signal->max + slack; /* false for NaN */\n",
+      "    return !(value < signal->min - slack || value > signal->max + slack);\n")),
+    ("other-pair-difference-one-unit-enough",
+     "The loader accepts a pair whose max_difference_um is only as large as the coarser of the two register "
+     "units instead of both together",
+     ("firmware/load/channels.c",
+      "    const float units =\n"
+      "        cb_channel_raw_unit_um(&channels[pair->a]) + cb_channel_raw_unit_um(&channels[pair->b]);\n"
+      "    if (pair->max_difference_um >= units) return true;\n",
+      "    const float a_um = cb_channel_raw_unit_um(&channels[pair->a]);\n"
+      "    const float b_um = cb_channel_raw_unit_um(&channels[pair->b]);\n"
+      "    if (pair->max_difference_um >= (a_um > b_um ? a_um : b_um)) return true;\n")),
+    ("other-tcp-leave-keeps-pending-request",
+     "Leaving the connection behind a last write does not forget the pending request, so on the new connection "
+     "the box waits for the reply of the old one and is blocked",
+     (LINUX + "tcp.c",
+      "    if (tcp->link.state != CB_LINK_UP) return;\n"
+      "    forget(tcp);\n",
+      "    if (tcp->link.state != CB_LINK_UP) return;\n")),
+    ("other-append-leaks-descriptor",
+     "When the torn last line of a file opened for appending cannot be ended (full disk, read error), the "
+     "descriptor stays open, once more with each event",
+     (OUTPUT + "output_file.c",
+      "    return error == 0 ? fd : refused(fd, error);",
+      "    return error == 0 ? fd : refused(-1, error);")),
+    ("other-blackbox-failed-file-counts-as-written",
+     "Rows of a black box file that could not be written whole count as written, so the file of the next event "
+     "lacks them",
+     (OUTPUT + "blackbox.c",
+      "    put_path(box, temporary, box->name, \".new\");\n"
+      "    put_path(box, path, box->name, \"\");\n",
+      "    box->written = box->next;\n"
+      "    put_path(box, temporary, box->name, \".new\");\n"
+      "    put_path(box, path, box->name, \"\");\n"),
+     (OUTPUT + "blackbox.c",
+      "    cb_output_sync_folder(path);\n"
+      "    box->written = box->next;\n",
+      "    cb_output_sync_folder(path);\n")),
+    ("other-status-misses-new-revision",
+     "The status for systemd is compared without the generation of the file, so after a reload in the same "
+     "mode and reason it keeps the old revision",
+     (DAEMON + "main.c",
+      "    const uint32_t status = row->generation << 16 | (uint32_t)row->reason << 8 | row->mode;",
+      "    const uint32_t status = (uint32_t)row->reason << 8 | row->mode;")),
+    ("other-watchdog-refused-counts-as-fed",
+     "A WATCHDOG=1 that systemd's full queue refuses counts as sent, so it is not sent again within 50 ms but "
+     "only half of WatchdogSec later",
+     (DAEMON + "supervise.c",
+      "               supervise->notify_us) &&\n"
+      "        notify(supervise, \"WATCHDOG=1\")) {\n",
+      "               supervise->notify_us)) {\n"
+      "        notify(supervise, \"WATCHDOG=1\");\n")),
+    ("other-keys-unread-folder-passes-for-empty",
+     "An error while the folder of keys is read counts only behind its first key, so a folder that cannot be "
+     "read at all passes for one without keys, and an unsigned file is taken",
+     (LINUX + "enrolled.c",
+      "    if (answer.keys >= 0 && errno != 0) answer",
+      "    if (answer.keys > 0 && errno != 0) answer")),
+    ("other-bus-opener-left-without-thread",
+     "When the thread of the sensor bus cannot be started, the thread that opens its device is left running "
+     "with its memory, one more with each attempt a second later",
+     (LINUX + "bus.c",
+      "    bus->runs = error == 0;\n"
+      "    if (error != 0) stop_opener(bus);\n",
+      "    bus->runs = error == 0;\n")),
+    ("other-loop-old-row-taken-as-the-last",
+     "Once the ring of rows was full, the row beside it counts as the last one for ever, so at the end an old "
+     "row of a hanging disk gives the final counters, mode and reason",
+     (DAEMON + "loop.c",
+      "    loop->is_beside = slot < 0;",
+      "    loop->is_beside |= slot < 0;")),
 ]
