@@ -98,7 +98,7 @@ static struct cb_serial_opened not_taken(int fd, int error) {
 }
 
 /* A frame may be on its way, and none begins within 3.5 characters behind it (Modbus over serial
- * line, 2.5.1). Bytes that come meanwhile are kept: by them the reader knows that it was one. */
+ * line, 2.5.1). Bytes that come meanwhile are kept: they show the reader that one was. */
 static void await_silence(const struct cb_rtu_line *line) {
     const struct timespec silence = cb_timespec(cb_rtu_silences(line).between_us * 1000LL);
     nanosleep(&silence, NULL);

@@ -303,6 +303,7 @@ call_fate fault_injector::at_call(const call_site &site) {
     if (of_.time.now() < renames_fail_until_ && std::strcmp(site.name, "rename") == 0)
         fate.error = EIO;
     refuse_call(site, fate);
+    refuses_lines = refuses_lines || (fate.error != 0 && std::strcmp(site.path, "stderr") == 0);
     if (std::strcmp(site.name, "pthread_create") == 0 && refused_thread_-- == 0) {
         fate.error = threads_.one_in(2) ? EPERM : EAGAIN;
         of_.box.lacks_thread = true;

@@ -103,7 +103,8 @@ class fault_injector : public call_faults,
     // out: how much longer than usual no daemon runs; PLC and machine go on
     time_ns stays_off();
     void starting();
-    void stopping();  // the daemon gets SIGTERM next
+    void stopping();             // the daemon gets SIGTERM next
+    bool refuses_lines = false;  // a line of the log may be lost
 
     bool has(fault_kind kind) const { return active_ && on_[index(kind)]; }
     dice &chance(fault_kind kind) { return chances_[index(kind)]; }

@@ -181,9 +181,8 @@ class contents_invariant : public invariant {
     // The newest sentence about a file is one of the log, which may leave out some of them.
     void judge_reloads(const json &reloads) {
         const std::string last = reloads.at("last");
-        // A line whose write is refused is lost.
-        if (left_out_ ||
-            draws_any(of_, {fault_kind::reader, fault_kind::power_cut, fault_kind::refuse}))
+        if (left_out_ || of_.faults.refuses_lines ||
+            draws_any(of_, {fault_kind::reader, fault_kind::power_cut}))
             return;
         last_ = last != last_ && is_in_log(last) ? last : last_;
         if (last != last_ && !last.empty())

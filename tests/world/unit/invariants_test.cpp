@@ -290,6 +290,10 @@ const edge edges[] = {
     {"causes", 534, 2500, "twice,kill,can,stray", nullptr},
     // A signal interrupts the reading of the events' last line.
     {"exit", 588, 2500, "partial,restart,can,slow", nullptr},
+    // A box that stays in FAULT by the demand of a bad file, while the good one is pending.
+    {"service", 14, 2500, "hostile", nullptr},
+    // A line of the log whose write is refused.
+    {"contents", 158, 100, "refuse,reload", nullptr},
     // A repeated write is no step of its own.
     {"permission", 2570, 2500, "loss,restart,suspend,foreign,slow,mute", nullptr},
     // A pause behind a look back, in which contact is lost: that look places no output.
