@@ -30,7 +30,8 @@ def identity():
 def product(*matrices):
     result = identity()
     for m in matrices:
-        result = [[sum(row[k] * m[k][j] for k in range(4)) for j in range(4)] for row in result]
+        columns = [[(k, m[k][j]) for k in range(4) if m[k][j]] for j in range(4)]  # most are zero
+        result = [[sum(row[k] * value for k, value in column if row[k]) for column in columns] for row in result]
     return result
 
 
