@@ -179,6 +179,7 @@ class fault_injector : public call_faults,
     bool is_lost_again(const fakeplc::byte_string &request);
     stray_reply draw_stray(const fakeplc::byte_string &request);
     bool is_late_write(std::size_t bytes);
+    void pause_behind_read_back();
     time_ns draw_delay();
     time_ns until_deadline();
     time_ns draw_late();
@@ -206,7 +207,6 @@ class fault_injector : public call_faults,
     void heal_computer();
 
     void plan_files();  // faults_files.cpp
-    void pause_behind_read_back();
     void plan_disk();
     void fill_disk(std::int64_t takes, time_ns lasts);
     void plan_links();

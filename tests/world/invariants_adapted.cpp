@@ -613,18 +613,20 @@ class probes_invariant : public invariant {
             violated(fmt::format("a probe moves b by {} um and g by {}, the filter by {} um and {}",
                                  bias_by, gain_by, step->bias_by, step->gain_by));
         p_ = narrowed(p_, m, s, step->share);
-        if (beyond) keep_rest(taken_um - way, m);
-        rest_near_um_ = std::fabs(gain_by) * m_near;
+        if (beyond) keep_rest({taken_um - way, std::fabs(gain_by) * m_near}, m);
         // What it does not know well it forgets.
         knows_ = newest_.m.near < 0.002 * std::fabs(m) + 0.0025;
     }
 
     // What step_max leaves of an innovation that was outside of its gate stays pending there.
-    void keep_rest(double rest_um, double m) {
+    void keep_rest(const judged_number &rest_um, double m) {
         const double share =
-            std::fabs(rest_um) / (3 * std::sqrt(with_->sigma * with_->sigma + p_.along(m)));
+            std::fabs(rest_um.value) / (3 * std::sqrt(with_->sigma * with_->sigma + p_.along(m)));
         pends_known_ = share < 0.95 || share > 1.05;
-        if (share > 1) pending_ = {rest_um};
+        if (share > 1) {
+            pending_ = {rest_um.value};
+            rest_near_um_ = rest_um.near;
+        }
         pending_h_ = 0;
     }
 

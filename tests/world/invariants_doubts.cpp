@@ -73,11 +73,7 @@ class doubts_invariant : public invariant {
         }
         if (!box_) return;
         const machine &facts = of_.running_at(seen.sent);
-        if (!seen.written.empty() && reads_) {
-            const written_block &block = block_of(facts, seen);
-            judge(facts, block);
-            judge_second(facts, block, seen.sent);
-        }
+        if (!seen.written.empty() && reads_) judge(facts, block_of(facts, seen), seen.sent);
         if (!is_reading(facts, seen)) return;
         reads_ = seen.duration != never && seen.exception == 0 && head_of(facts, seen).whole;
         if (!reads_) return;
@@ -137,7 +133,7 @@ class doubts_invariant : public invariant {
         if (std::find(names.begin(), names.end(), named) == names.end())
             violated(fmt::format("{} is doubted, and no sensor checks it", named));
     }
-    void judge(const machine &facts, const written_block &block) {
+    void judge(const machine &facts, const written_block &block, time_ns sent) {
         using namespace box_reason;
         if (block.mode != fakeplc::box_mode::active) return;
         const sensor_watch &watch = *box_->watch();
@@ -155,20 +151,15 @@ class doubts_invariant : public invariant {
             if (watch.trusts(j) && named == watch.names()[j])
                 violated(fmt::format("{} is doubted too early, or agrees with the others", named));
         }
+        if (passes) undoubted_ns_ = sent;
+        judge_second(facts, named, sent);
     }
     // Behind a doubt the others begin to disagree anew: a second one takes as long again.
-    void judge_second(const machine &facts, const written_block &block, time_ns sent) {
-        using namespace box_reason;
-        if (block.mode != fakeplc::box_mode::active || longest_lag(of_) != 0) return;
-        const std::string named = doubted_in(facts, block);
-        if (named.empty()) {
-            if (block.reason != degraded) undoubted_ns_ = sent;
-            first_named_.clear();
-            return;
-        }
+    void judge_second(const machine &facts, const std::string &named, time_ns sent) {
+        if (named.empty()) return first_named_.clear();
         if (first_named_.empty()) first_named_ = named;
         const time_ns least_ns = static_cast<time_ns>(1e9 * after_s_) - 3 * facts.period_us * us;
-        if (named != first_named_ && sent - undoubted_ns_ < least_ns)
+        if (longest_lag(of_) == 0 && named != first_named_ && sent - undoubted_ns_ < least_ns)
             violated(fmt::format("{} and {} are doubted {} ms behind a step without a doubt",
                                  first_named_, named, (sent - undoubted_ns_) / ms));
     }

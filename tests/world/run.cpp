@@ -24,8 +24,8 @@ using fakeplc::modbus::word;
 
 // The longest time that the daemon may take from SIGTERM to its end, beside the ramps of its file.
 constexpr time_ns longest_stop = 120 * second;
-constexpr time_ns longest_rest = 1000 * second;
-constexpr double largest_before_um = 300.0;  // of any output of the machines that are drawn
+constexpr time_ns longest_rest = 1000 * second;  // an operator does not wait longer for zero
+constexpr double largest_before_um = 300.0;      // of any output of the machines that are drawn
 constexpr time_ns restart_pause = 2 * second;
 constexpr std::uint64_t most_recorded = 20000;  // cycles of a record, which must fit on the disk
 
