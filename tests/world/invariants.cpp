@@ -54,6 +54,7 @@ invariants all_invariants(run &of) {
     add_wire(of, all);
     add_counters(of, all);
     add_lags(of, all);
+    add_loading(of, all);
     return all;
 }
 

@@ -130,6 +130,8 @@ void add_wire(run &of, invariants &all);        // invariants_wire.cpp
 void add_counters(run &of, invariants &all);    // invariants_counters.cpp
 void add_lags(run &of, invariants &all);        // invariants_lags.cpp
 
+void add_loading(run &of, invariants &all);  // invariants_loading.cpp
+
 invariants all_invariants(run &of);
 
 }  // namespace compbox::world

@@ -32,8 +32,12 @@ class applied_invariant : public invariant {
         read_ns_ = 0;
         start_ns_ = of_.time.now();
     }
-    // The PLC may still apply what was sent before.
-    void taken(const machine &, const machine &) override { channels_.clear(); }
+    // The PLC may still apply what was sent before; and the box counts on.
+    void taken(const machine &, const machine &) override {
+        for (const channel_state &one : channels_)
+            if (one.may_be > 0) two_ns_ = read_ns_;
+        channels_.clear();
+    }
     void exchanged(const exchange &seen) override {
         if (!judged_) return;
         const machine &facts = of_.running_at(seen.sent);

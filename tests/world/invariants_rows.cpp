@@ -16,6 +16,7 @@
 #include <set>
 #include <utility>
 
+#include "host-tools/coefficients/load.h"
 #include "host-tools/formats/text.h"
 #include "host-tools/simulation/replay.h"
 #include "tests/world/blocks.h"
@@ -24,7 +25,7 @@
 #include "tests/world/run.h"
 
 extern "C" {
-#include "firmware/load/load.h"
+#include "firmware/config/config.h"
 }
 
 namespace compbox::world {
@@ -531,12 +532,9 @@ class inputs_invariant : public invariant {
   private:
     void replay(const std::string &text) {
         if (draws_any(of_, {fault_kind::memory, fault_kind::disk, fault_kind::links})) return;
-        const auto config = std::make_unique<cb_config>();
-        const auto scratch = std::make_unique<cb_load_scratch>();
         cb_message message = {};
-        const cb_target any = {"the world", 255, 255, 0};
-        if (cb_config_load(config.get(), coefficients_.data(), coefficients_.size(), &any,
-                           scratch.get(), &message) != CB_OK)
+        const auto config = coefficients::load_coefficient_text(coefficients_, &message);
+        if (config == nullptr)
             return violated(fmt::format("the file does not load: {}", message.text));
         try {
             const auto result = simulation::replay(*config, "inputs", text);

@@ -8,12 +8,15 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "host-tools/coefficients/load.h"
 #include "host-tools/formats/json_type.h"
 #include "tests/world/isolated.h"
 #include "tests/world/run.h"
+#include "tests/world/wrong_file.h"
 
 extern "C" {
 #include "firmware/box/box.h"
+#include "firmware/config/config.h"
 #include "hal/linux/daemon/loop.h"
 }
 
@@ -633,6 +636,29 @@ TEST(wrong_files, one_that_runs_is_found) {
     const run_result result = run_isolated(options);
     ASSERT_EQ(result.violations.size(), 1u);
     EXPECT_EQ(result.violations[0].invariant, "wrong file");
+}
+
+TEST(loading, a_file_that_is_refused_although_it_is_allowed_is_found) {
+    run_options options;
+    options.prepare = [](run &world) {
+        std::string &text = world.box_machine.text;  // of which the rule thinks that it runs
+        text.replace(text.find("\"sum\""), 5, "\"sun\"");
+    };
+    const run_result result = run_isolated(options);
+    ASSERT_EQ(result.violations.size(), 1u);
+    EXPECT_EQ(result.violations[0].invariant, "loading");
+}
+
+TEST(loading, no_box_takes_a_file_with_a_mistake) {
+    dice chance(1, "wrong files");
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        const std::string good = rare_file(machine_of(seed).text, chance);
+        cb_message message = {};
+        ASSERT_NE(coefficients::load_coefficient_text(good, &message), nullptr) << message.text;
+        for (unsigned i = 0; i < 25; ++i)
+            EXPECT_EQ(coefficients::load_coefficient_text(wrong_file(good, chance), &message),
+                      nullptr);
+    }
 }
 
 TEST(rows, those_in_two_files_of_the_black_box_are_found) {
