@@ -147,6 +147,7 @@ class fault_injector : public call_faults,
     void plan_operator();  // faults_plc.cpp
     void set_references(bool on);
     void lose_while_off();
+    void mute_while_it_stands();
     void plan_plc();
     void plan_foreign();
     void plan_sensors();

@@ -140,6 +140,21 @@ void fault_injector::plan_muteness() {
                                                       : "write",
                                            garbles_ ? " valid" : "", lasts / ms));
     });
+    repeat(fault_kind::mute, 15 * second, [this] { mute_while_it_stands(); });
+}
+
+// For some periods in which the heartbeat stands neither writes nor read-backs have a reply. What
+// the PLC holds then is the box's own, and no restart.
+void fault_injector::mute_while_it_stands() {
+    dice &drawn = chance(fault_kind::mute);
+    const time_ns lasts = drawn.time_between(3, 16) * of_.box_machine.period_us * us;
+    note(fault_kind::mute,
+         fmt::format("for {} ms nothing but readings has a reply, and the NC coupling is frozen",
+                     lasts / ms));
+    no_writes_until_ = no_read_backs_until_ = of_.time.now() + lasts;
+    fakeplc::fake_plc &control = of_.plc.control;
+    control.freeze_nc(true);
+    later(lasts + drawn.time_between(0, 2 * second), [&control] { control.freeze_nc(false); });
 }
 
 // Its server is silent for some periods, and then returns the block that the box reads alone.
@@ -503,6 +518,11 @@ void fault_injector::plan_sensors() {
         note(fault_kind::sensors, fmt::format("the NC is in alarm for {} ms", lasts / ms));
         of_.plc.nc_alarm = true;
         later(lasts, [this] { of_.plc.nc_alarm = false; });
+        dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "alarm");
+        if (!has(fault_kind::reload) || !own.one_in(2)) return;
+        later(own.time_between(0, lasts), [this] {  // perhaps one that knows no alarm
+            if (active_) put_another_file();
+        });
     });
 }
 

@@ -142,14 +142,14 @@ class slew_invariant : public invariant {
     // in : two blocks, their files, and the time in which the box may have moved from one to the
     //      other. A channel that is new comes from zero.
     void check(const machine &was, const machine &is, const written_block &from,
-               const written_block &to, double time_s, const char *words) {
+               const written_block &to, double time_s, const char *words, double units = 2.01) {
         for (std::size_t c = 0; c < std::min(from.um.size(), to.um.size()); ++c) {
             const channel_facts &channel = is.channels[c];
             const double slew_um_per_s =
-                std::max(was.channels[c].slew_um_per_s, channel.slew_um_per_s);
+                std::max(slew_most(was, was.channels[c]), slew_most(is, channel));
             const double slope_slew_per_s =
                 std::max(was.channels[c].slope_slew_per_s, channel.slope_slew_per_s);
-            const double most_um = slew_um_per_s * time_s + 2.01 * channel.unit_um + 1e-3;
+            const double most_um = slew_um_per_s * time_s + units * channel.unit_um + 1e-3;
             const double step_um = std::fabs(to.um[c] - from.um[c]);
             if (step_um > most_um)
                 violated(fmt::format("{} moves by {} µm {}, allowed are {} µm", channel.name,
@@ -183,19 +183,34 @@ class slew_invariant : public invariant {
             unanswered_.push_back({seen.sent, block});
     }
 
-    // Compares with a block of some periods ago.
+    // Compares with blocks of some periods ago.
     void look_back(const machine &facts, sent_block now) {
-        constexpr std::size_t remembered = 12;
         if (!past_.empty() && now.sent < past_.back().sent) return;  // of a given-up connection
         past_.push_back(std::move(now));
-        if (past_.size() < remembered) return;
-        const sent_block before = std::move(past_.front());
-        past_.pop_front();
-        const sent_block &newest = past_.back();
-        const time_ns apart_ns = newest.sent - before.sent + lag_ns_ + longest_between_steps(facts);
-        const double time_s = 1e-9 * static_cast<double>(apart_ns) + 0.2 * period_s(facts);
-        check(facts, facts, before.block, newest.block, time_s, "over twelve writes");
+        if (past_.size() > many) past_.pop_front();
+        for (const std::size_t writes : {few, many}) {
+            if (past_.size() < writes) continue;
+            const sent_block &before = past_[past_.size() - writes], &newest = past_.back();
+            const bool prompt = lag_ns_ == 0 && !facts.fc23;  // a write follows its step at once
+            const time_ns apart_ns =
+                newest.sent - before.sent + lag_ns_ + (prompt ? 0 : longest_between_steps(facts));
+            const double time_s =
+                1e-9 * static_cast<double>(apart_ns) + (prompt ? 0.05 : 0.2) * period_s(facts);
+            check(facts, facts, before.block, newest.block, time_s,
+                  writes == few ? "over twelve writes" : "over many writes", prompt ? 1.05 : 2.01);
+        }
     }
+    // out: the channel's rate, which a control with a largest step may lower (docs/plc-profiles.md)
+    static double slew_most(const machine &of, const channel_facts &channel) {
+        if (of.step_units == 0) return channel.slew_um_per_s;
+        const auto &plc = of.file().at("plc");
+        const std::size_t in_a_row = plc.value("axes_at_once", false) ? 1 : of.channels.size();
+        const double update_s = 4e-3 * plc.value("scan_ms", 8.0) * static_cast<double>(in_a_row);
+        const double lowered = (of.step_units - 1) * channel.unit_um / std::max(1.0, 10 * update_s);
+        return std::min(channel.slew_um_per_s, lowered);
+    }
+
+    static constexpr std::size_t few = 12, many = 200;
 
     time_ns lag_ns_, sent_ns_ = 0;
     time_ns placed_ns_ = -never / 2;  // the newest read-back behind which the outputs were placed
@@ -482,6 +497,68 @@ class placed_invariant : public invariant {
     time_ns fails_ns_ = -never / 2, written_ns_ = -never / 2;
 };
 
+// Where contact returns, an output without `applied` goes on from what the PLC's register holds, or
+// from zero if the PLC has restarted: then its heartbeat is behind the one before (decision 5).
+class starts_invariant : public invariant {
+  public:
+    explicit starts_invariant(run &of)
+        : invariant(of, "starts"), judged_(!draws_any(of, {fault_kind::memory})) {}
+    void started() override {
+        held_.reset();
+        beat_.reset();
+        behind_ = restarted_ = false;
+        written_ns_ = -never / 2;
+    }
+    void exchanged(const exchange &seen) override {
+        const machine &facts = of_.running_at(seen.sent);
+        if (!judged_ || seen.sent < written_ns_) return;
+        if (seen.exception != 0) held_.reset();  // behind a refused read-back it starts from zero
+        if (is_read_back(facts, seen)) {
+            exchange back = seen;
+            back.written = seen.read;
+            back.decoded_for = nullptr;
+            held_ = block_of(facts, back);
+        }
+        if (is_reading(facts, seen) && head_of(facts, seen).whole) {
+            const std::uint16_t beat = head_of(facts, seen).heartbeat;
+            const unsigned back = static_cast<std::uint16_t>(beat_.value_or(beat) - beat);
+            if (back > 0 && back < 0x8000) {
+                behind_ = true;
+                restarted_ = back < 0x7FFF && seen.sent - written_ns_ > contact_lasts(facts);
+            }
+            beat_ = beat;
+        }
+        if (seen.written.empty()) return;
+        if (held_ && (restarted_ || !behind_) && seen.sent - written_ns_ > contact_lasts(facts))
+            judge(facts, block_of(facts, seen));
+        held_.reset();
+        behind_ = restarted_ = false;
+        written_ns_ = seen.sent;
+    }
+
+  private:
+    void judge(const machine &facts, const written_block &first) {
+        for (std::size_t c = 0; c < std::min(first.um.size(), held_->um.size()); ++c) {
+            const channel_facts &channel = facts.channels[c];
+            if (channel.has_applied || partner_of(facts, c)) continue;
+            if (!std::isfinite(held_->um[c])) continue;
+            const double from_um =
+                restarted_ ? 0 : std::clamp(held_->um[c], -channel.limit_um, channel.limit_um);
+            const double most_um =
+                2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us) +
+                2.01 * channel.unit_um + 1e-3;
+            if (std::fabs(first.um[c] - from_um) > most_um)
+                violated(fmt::format("{} starts at {} µm, and the PLC {} {} µm", channel.name,
+                                     first.um[c], restarted_ ? "restarted and held" : "holds",
+                                     held_->um[c]));
+        }
+    }
+    bool judged_, behind_ = false, restarted_ = false;
+    std::optional<written_block> held_;  // by the newest read-back, since the last write
+    std::optional<std::uint16_t> beat_;  // of the newest reading
+    time_ns written_ns_ = -never / 2;
+};
+
 }  // namespace
 
 void add_bounds(run &of, invariants &all) {
@@ -493,6 +570,7 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<start_invariant>(of));
     all.push_back(std::make_unique<outage_invariant>(of));
     all.push_back(std::make_unique<placed_invariant>(of));
+    all.push_back(std::make_unique<starts_invariant>(of));
 }
 
 }  // namespace compbox::world

@@ -1657,7 +1657,7 @@ std::string for_another_plc(const std::string &text, dice &chance) {
         for (const char *key : keys)
             if (of.contains(key)) of[key] = of[key].get<int>() + 1;
     };
-    switch (chance.below(6)) {
+    switch (chance.below(9)) {
         case 0:
             root["cycle"]["period_ms"] = 1 + root["cycle"]["period_ms"].get<double>();
             break;
@@ -1675,9 +1675,30 @@ std::string for_another_plc(const std::string &text, dice &chance) {
             plc["read"]["counters"] = false;
             break;
         case 3:
-            plc["exchange"] = plc["exchange"] == "fc23" ? "fc3+fc16" : "fc23";
+            move(plc["write"], {"count"});
             break;
         case 4:
+            move(plc["read"], {"start"});
+            move(plc, {"control", "plc_heartbeat", "handshake"});
+            for (json &signal : root["signals"]) move(signal, {"plc"});
+            for (json &channel : root["channels"]) move(channel, {"applied"});
+            break;
+        case 5:
+            if (!transport.contains("rtu")) {
+                move(transport["tcp"], {"port"});
+                break;
+            }
+            if (chance.one_in(2))
+                transport["rtu"]["parity"] =
+                    transport["rtu"].value("parity", "even") == "odd" ? "even" : "odd";
+            else
+                transport["rtu"]["slave_delay_ms"] =
+                    transport["rtu"].value("slave_delay_ms", 2.0) / 2 + 0.01;
+            break;
+        case 6:
+            plc["exchange"] = plc["exchange"] == "fc23" ? "fc3+fc16" : "fc23";
+            break;
+        case 7:
             if (transport.contains("tcp"))
                 transport["tcp"]["host"] = "192.168.0.2";
             else
