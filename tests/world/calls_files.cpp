@@ -142,7 +142,8 @@ int world_fsync(int fd) {
 
 int world_flock(int fd, int) {
     call_fate fate;
-    return begin_on(fd, "flock", &fate) == nullptr ? -1 : 0;
+    open_file *const file = begin_on(fd, "flock", &fate);
+    return file == nullptr ? -1 : returned(file->lock());
 }
 
 int world_ioctl(int fd, unsigned long request, ...) {

@@ -673,8 +673,11 @@ void fault_injector::heal_plc() {
     plc_side &plc = of_.plc;
     refuses_until_ = resets_until_ = gateway_until_ = no_writes_until_ = no_read_backs_until_ = 0;
     of_.net.plugged = true;
-    for (serial_line *line : {of_.plc_line.get(), of_.bus_line.get()})
-        if (line != nullptr && !line->is_plugged()) line->plug(true);
+    for (serial_line *line : {of_.plc_line.get(), of_.bus_line.get()}) {
+        if (line == nullptr) continue;
+        line->taken_until_ns = std::min(line->taken_until_ns, of_.time.now());
+        if (!line->is_plugged()) line->plug(true);
+    }
     plc.serves = true;
     plc.stop_program(false);
     plc.put_right();

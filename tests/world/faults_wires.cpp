@@ -101,8 +101,12 @@ void fault_injector::plan_wires() {
         line->plug(false);
         time_ns back = chance(fault_kind::line).time_between(0, 5 * second);
         if (plugs->one_in(6)) back *= 4;
-        of_.time.at(of_.time.now() + back, [this, line] {
+        const time_ns taken = plugs->one_in(4) ? plugs->time_between(0, 40 * second) : 0;
+        of_.time.at(of_.time.now() + back, [this, line, taken] {
             if (active_ || !line->is_plugged()) line->plug(true);
+            if (!active_ || taken == 0) return;
+            note(fault_kind::line, fmt::format("another program takes it for {} ms", taken / ms));
+            line->taken_until_ns = of_.time.now() + taken;
         });
     });
     repeat(fault_kind::can, 6 * second, [this] {

@@ -191,7 +191,7 @@ class slew_invariant : public invariant {
         for (const std::size_t writes : {few, many}) {
             if (past_.size() < writes) continue;
             const sent_block &before = past_[past_.size() - writes], &newest = past_.back();
-            const bool prompt = lag_ns_ == 0 && !facts.fc23;  // a write follows its step at once
+            const bool prompt = lag_ns_ == 0 && !facts.fc23 && facts.plc_device.empty();
             const time_ns apart_ns =
                 newest.sent - before.sent + lag_ns_ + (prompt ? 0 : longest_between_steps(facts));
             const double time_s =
@@ -505,7 +505,7 @@ class starts_invariant : public invariant {
         : invariant(of, "starts"), judged_(!draws_any(of, {fault_kind::memory})) {}
     void started() override {
         held_.reset();
-        beat_.reset();
+        begins_ = true;
         behind_ = restarted_ = false;
         written_ns_ = -never / 2;
     }
@@ -524,15 +524,19 @@ class starts_invariant : public invariant {
             const unsigned back = static_cast<std::uint16_t>(beat_.value_or(beat) - beat);
             if (back > 0 && back < 0x8000) {
                 behind_ = true;
-                restarted_ = back < 0x7FFF && seen.sent - written_ns_ > contact_lasts(facts);
+                // One from before a start is in the state file, or lost.
+                restarted_ =
+                    !begins_ && back < 0x7FFF && seen.sent - written_ns_ > contact_lasts(facts);
             }
+            behind_ = behind_ || (begins_ && seen.sent - beat_ns_ > remembered);
             beat_ = beat;
+            beat_ns_ = seen.sent;
         }
         if (seen.written.empty()) return;
         if (held_ && (restarted_ || !behind_) && seen.sent - written_ns_ > contact_lasts(facts))
             judge(facts, block_of(facts, seen));
         held_.reset();
-        behind_ = restarted_ = false;
+        begins_ = behind_ = restarted_ = false;
         written_ns_ = seen.sent;
     }
 
@@ -553,10 +557,11 @@ class starts_invariant : public invariant {
                                      held_->um[c]));
         }
     }
-    bool judged_, behind_ = false, restarted_ = false;
+    static constexpr time_ns remembered = 60 * second;  // it has not passed its half range since
+    bool judged_, begins_ = true, behind_ = false, restarted_ = false;
     std::optional<written_block> held_;  // by the newest read-back, since the last write
     std::optional<std::uint16_t> beat_;  // of the newest reading
-    time_ns written_ns_ = -never / 2;
+    time_ns written_ns_ = -never / 2, beat_ns_ = -never / 2;
 };
 
 }  // namespace

@@ -388,8 +388,8 @@ class adapter_invariant : public invariant {
   private:
     static constexpr time_ns most = 3 * second;  // the box: a second between two attempts
     void judge(const serial_line *line, time_ns used_ns, time_ns most_ns) {
-        if (line == nullptr || !line->is_plugged() || line->plugged_ns < used_ns) return;
-        const time_ns idle_ns = of_.time.now() - line->plugged_ns;
+        if (line == nullptr || !line->is_plugged() || line->changed_ns() < used_ns) return;
+        const time_ns idle_ns = of_.time.now() - line->changed_ns();
         if (idle_ns > most_ns)
             violated(
                 fmt::format("an adapter is back for {} ms, and nothing is sent", idle_ns / ms));
@@ -457,7 +457,7 @@ class modules_invariant : public invariant {
     void judge(const nlohmann::json &shown, const module &is, time_ns now) {
         const bool answers = shown.at("answers");
         const int unit = shown.at("unit");
-        const time_ns plugged_ns = of_.bus_line->plugged_ns;  // or unplugged
+        const time_ns plugged_ns = of_.bus_line->changed_ns();
         if (&is != asked_ && plugged_ns < is.answers_ns && !answers && is.answers_ns < now - known)
             violated(fmt::format("module {} is shown as silent, and answers", unit));
         if (answers && is.silent && plugged_ns < is.asked_ns && is.asked_ns < now - known)

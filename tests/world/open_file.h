@@ -28,6 +28,7 @@ class open_file {
     virtual long seek(long, int) { return -ESPIPE; }
     virtual int truncate(long) { return -EINVAL; }
     virtual int sync() { return -EINVAL; }
+    virtual int lock() { return 0; }
     // The last descriptor was closed; ended: by the end of the process.
     virtual void closed(bool /* ended */) {}
 

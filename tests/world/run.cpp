@@ -200,8 +200,9 @@ void run::follow_file() {
     if (wrong_revisions.count(now) > 0 && options.faults.count(fault_kind::memory) == 0)
         report("wrong file",
                fmt::format("revision {} runs, and has a mistake or no signature", now));
-    if (now == before || files_.count(now) == 0) return;
-    taken_.push_back({time.now(), now});
+    const bool again = std::exchange(generation_, loop->generation) != loop->generation;
+    if ((now == before && !again) || files_.count(now) == 0) return;
+    if (now != before) taken_.push_back({time.now(), now});
     if (first) return;
     each([&](invariant &one) { one.taken(files_.at(before), files_.at(now)); });
 }

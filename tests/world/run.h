@@ -203,6 +203,7 @@ class run {
     std::vector<taken_file> combined_;  // the files behind what FC23 writes since then
     unsigned stepping_ = 1;             // revision of the file of the step before this tick
     bool runs_first_file_ = false;      // of this daemon
+    std::uint32_t generation_ = 0;      // of the file that runs: one may come again
     time_ns ticked_ns_ = 0;
     std::optional<site_ceiling> ceiling_;
     std::uint64_t signatures_ = 0;

@@ -76,6 +76,12 @@ class line_file : public open_file {
         return known ? 0 : -ENOTTY;
     }
 
+    int lock() override {
+        const bool taken = of_.of_.time.now() < of_.taken_until_ns;
+        of_.refused += taken;
+        return taken ? -EWOULDBLOCK : 0;
+    }
+
   private:
     bool dead() const { return !of_.plugged_ || plug_ != of_.plugs_; }
     serial_line &of_;

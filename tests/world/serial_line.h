@@ -59,8 +59,11 @@ class serial_line {
     // Without an adapter the device is missing, and its descriptors fail.
     void plug(bool in);
     bool is_plugged() const { return plugged_; }
-    int refused = 0;                  // attempts to open it while it was unplugged
+    time_ns taken_until_ns = 0;       // by another program
+    int refused = 0;                  // attempts to open it while it was unplugged or taken
     time_ns plugged_ns = -never / 2;  // the newest time at which it was, or was unplugged
+    // out: since then the box may have it, or not
+    time_ns changed_ns() const { return std::max(plugged_ns, taken_until_ns); }
     // out: of one character at the line's speed
     time_ns character() const { return 11 * second / baud_; }
     // out: what ends a frame (Modbus over serial line 1.02, 2.5.1.1): 3.5 characters, without
