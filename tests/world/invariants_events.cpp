@@ -30,7 +30,9 @@ class events_invariant : public invariant {
     void started() override {
         check();
         boots_.insert(of_.box.boot_id());
-        lost_ = left_out_ = modes_ = changes_ = 0;
+        lost_ = left_out_ = modes_ = changes_ = told_ = 0;
+        said_.clear();
+        first_ns_ = last_ns_ = never;
         untold_.reset();
         rotated_ = gives_up_ = false;
         full_at_.reset();
@@ -58,6 +60,9 @@ class events_invariant : public invariant {
         if (at != std::string::npos && line.find(" left out)") != std::string::npos &&
             std::sscanf(line.c_str() + at, ": (%u line", &count) == 1)
             left_out_ += count;
+        const std::size_t text = line.find(" s: ");
+        if (text != std::string::npos && line.find(" left out)") == std::string::npos)
+            said_.emplace_back(of_.time.now(), line.substr(text + 4));
         if (line.find("about files left out)") != std::string::npos)
             files_left_out_.push_back(of_.time.now());
         gives_up_ = gives_up_ || line.find("a file blocks the end") != std::string::npos;
@@ -78,6 +83,7 @@ class events_invariant : public invariant {
         if (how.by_signal || draws_any(of_, {fault_kind::refuse, fault_kind::partial,
                                              fault_kind::links, fault_kind::reader}))
             return;
+        judge_lost();
         const std::ptrdiff_t behind = full_at_ && !rotated_ ? whole_lines_from(*full_at_ - 1) : 0;
         if (lost_ == 0 && behind > 0)
             violated(
@@ -124,6 +130,7 @@ class events_invariant : public invariant {
     void judge(const nlohmann::json &event) {
         judge_clocks(event);
         if (event.contains("boot_s")) judge_words(event);
+        if (event.contains("boot_s")) note_told(event);
         lost_ += event.value("lost_before", std::uint64_t{0});
         const std::string mode = event.value("mode", "");  // others have none
         modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;
@@ -141,6 +148,31 @@ class events_invariant : public invariant {
         if (event.contains("file") && event.at("file").contains("requested_by") &&
             longest_lag(of_) == 0 && !draws(of_, fault_kind::clock))
             judge_request(event);
+    }
+    void note_told(const nlohmann::json &event) {
+        ++told_;
+        last_ns_ = time_of(event);
+        last_text_ = event.value("text", "");
+        if (first_ns_ == never) first_ns_ = last_ns_;
+    }
+    // Each line of the log from the first event to the last one has its own event, or that is lost.
+    void judge_lost() {
+        const time_ns lag_ns = longest_lag(of_);  // of a disk, between an event and its line
+        if (rotated_ || gives_up_ || told_ == 0 || lag_ns == never || draws(of_, fault_kind::clock))
+            return;
+        const auto is_last = [&](const auto &one) {
+            return one.second == last_text_ && one.first > last_ns_ - ms &&
+                   one.first < last_ns_ + lag_ns + ms;
+        };
+        const auto is_behind_first = [&](const auto &one) {
+            return one.first > first_ns_ + lag_ns + ms;
+        };
+        const auto last = std::find_if(said_.begin(), said_.end(), is_last);
+        if (last == said_.end()) return;
+        const auto lines = std::count_if(said_.begin(), last + 1, is_behind_first);
+        if (static_cast<std::uint64_t>(lines) > told_ + lost_)
+            violated(fmt::format("{} lines of the log have {} events, and {} are said to be lost",
+                                 lines, told_, lost_));
     }
     // Its members say the same as its text, and a file has its own check sum.
     void judge_words(const nlohmann::json &event) {
@@ -291,6 +323,10 @@ class events_invariant : public invariant {
     std::vector<time_ns> files_left_out_;                // lines about them
     std::set<std::string> requested_;                    // revisions, by one of them
     std::uint64_t lost_ = 0, left_out_ = 0;              // by this daemon
+    std::vector<std::pair<time_ns, std::string>> said_;  // lines of its log
+    std::uint64_t told_ = 0;                             // its events: …
+    time_ns first_ns_ = never, last_ns_ = never;         // … the first, and the last one
+    std::string last_text_;
     std::optional<std::size_t> full_at_;  // lines of the file when the disk was full for the next
     bool rotated_ = false;                // the file before has some of its events
     static constexpr std::uint64_t most_untold = 2;  // of the lines that are left out

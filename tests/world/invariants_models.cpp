@@ -367,10 +367,12 @@ class sigma_invariant : public invariant {
             if (signal.at("name") != input || signal.at("state") != "fresh") continue;
             const double x = signal.at("value"), um = stated.at("sigma_um");
             double low = 1e30, high = 0;
-            constexpr int steps = 32;  // sigma may have a narrow minimum between two
+            constexpr int steps = 32;
+            double before = sigma_at(term, output, x - near);
             for (int k = -steps; k <= steps; ++k) {
                 const double there = sigma_at(term, output, x + near * k / steps);
-                low = std::min(low, there);
+                // It may have a narrow minimum between two steps.
+                low = std::min(low, there - std::fabs(there - std::exchange(before, there)));
                 high = std::max(high, there);
             }
             if (um < low * (1 - 1e-2) - 1e-3 || um > high * (1 + 1e-2) + 1e-3)

@@ -105,7 +105,7 @@ class rows_invariant : public invariant {
     }
     void ended(const ending &how) override {
         ends_s_.push_back(1e-9 * static_cast<double>(of_.box.wall()));
-        check_blackbox();
+        check_blackbox(how.power_cut);
         if (calm_ && sent_.size() <= most_remembered) check_history();
         const std::string text = of_.box.files.text(run::record_path);
         if (text.empty() || how.power_cut) return;
@@ -137,10 +137,11 @@ class rows_invariant : public invariant {
     std::vector<std::string> known_;  // of the black box
 
     // Files by their number; the time of their rows goes on.
-    void check_blackbox() {
+    void check_blackbox(bool power_cut) {
         if (longest_lag(of_) == never || draws(of_, fault_kind::clock)) return;
         const std::vector<std::string> names = blackbox_names();
-        if (longest_lag(of_) == 0) check_oldest(names);
+        // What was removed just before a power cut may be back, until the next start.
+        if (longest_lag(of_) == 0 && !power_cut) check_oldest(names);
         double before_s = -1;
         std::string rest_of;  // a file that has not all seconds behind an event
         std::vector<double> ends_s;

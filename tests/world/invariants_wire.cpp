@@ -171,7 +171,9 @@ class account_invariant : public invariant {
     void judge_unasked() {
         const bool gave_up =
             std::exchange(closed_unasked_, of_.net.closed_unasked) != of_.net.closed_unasked;
-        if (!by_tcp_ || draws_any(of_, {fault_kind::memory, fault_kind::refuse})) return;
+        if (!by_tcp_ ||
+            draws_any(of_, {fault_kind::memory, fault_kind::refuse, fault_kind::partial}))
+            return;
         if (gave_up && !of_.stop_asked)
             violated("a connection is given up on which nothing was sent");
         const time_ns idle_ns = of_.time.now() - of_.net.unasked_ns;  // below 0: there is none

@@ -3097,4 +3097,89 @@ DEFECTS_BY_OTHERS = [
      (DAEMON + "loop.c",
       "    loop->is_beside = slot < 0;",
       "    loop->is_beside |= slot < 0;")),
+    ("other-limiter-possible-ends-swapped",
+     "The reach around the values that the PLC may hold is taken from the wrong ends, so after unanswered "
+     "writes the output may be too far from a held value",
+     ("firmware/box/limiter.c",
+      "        room.low_um = cb_max(room.low_um, state->possible_max_um - reach_um);\n"
+      "        room.high_um = cb_min(room.high_um, state->possible_min_um + reach_um);\n",
+      "        room.low_um = cb_max(room.low_um, state->possible_min_um - reach_um);\n"
+      "        room.high_um = cb_min(room.high_um, state->possible_max_um + reach_um);\n")),
+    ("other-sensor-doubt-is-never-lifted",
+     "A sensor that agrees with the others again is trusted inside the comparison, but its signal stays marked "
+     "as doubted",
+     ("firmware/signals/sensors.c",
+      "        signal->doubted = is_doubted(state, j);\n"
+      "        if (!signal->doubted) continue;\n",
+      "        if (!is_doubted(state, j)) continue;\n"
+      "        signal->doubted = true;\n")),
+    ("other-loader-write-counter-at-read-count",
+     "The second counter of the write block is reserved at the length of the read block, so a channel may take "
+     "the counter's register and a free register is refused",
+     ("firmware/load/registers.c",
+      "        loader->scratch->write_user[plc->write.count - 1] = CB_USER_COUNTER;\n",
+      "        loader->scratch->write_user[plc->read.count - 1] = CB_USER_COUNTER;\n")),
+    ("other-json-key-may-occur-twice",
+     "A key that occurs twice in one object of the coefficient file is accepted and the last one wins silently",
+     ("firmware/json/object.c",
+      "        if (slots[i] != CB_ABSENT)\n"
+      "            return cb_fail(loader, CB_ERROR_KEY, members.key.at, \"this key occurs twice\");\n",
+      "")),
+    ("other-rtu-noise-counts-last-byte-of-reply",
+     "The last byte of every good RTU reply is counted as a noise byte, so the statistics show noise on a "
+     "clean line",
+     (LINUX + "rtu.c",
+      "*doubt = drop(rtu, count - i - 1);",
+      "*doubt = drop(rtu, count - i);")),
+    ("other-busy-serial-device-leaks-descriptor",
+     "When another program has the serial device open, each attempt to open it leaves a descriptor open, until "
+     "the daemon runs out of them",
+     (LINUX + "serial_open.c",
+      "static struct cb_serial_opened not_taken(int fd, int error) {\n"
+      "    close(fd);\n",
+      "static struct cb_serial_opened not_taken(int fd, int error) {\n"
+      "    (void)fd;\n")),
+    ("other-can-queued-frame-ends-down",
+     "A CAN frame that waited in the queue since before the interface went down makes the box believe the bus "
+     "is up again, so it sends into the dead interface and misses the real return",
+     (LINUX + "can.c",
+      "if (can->state != CB_CAN_UP && is_news(can, time_us)) come_up(can);",
+      "if (can->state != CB_CAN_UP) come_up(can);")),
+    ("other-reload-takes-longer-write-block",
+     "A reload with another length of the write block is no longer refused, so the running box writes to "
+     "registers behind its block or leaves some of them unwritten",
+     (DAEMON + "reload.c",
+      "if (a->write.start != b->write.start || a->write.count != b->write.count) return \"plc.write\";",
+      "if (a->write.start != b->write.start) return \"plc.write\";")),
+    ("other-record-columns-of-old-file",
+     "After a reload the record gets the new header but keeps the old number of values in each row, so rows do "
+     "not match their header",
+     (OUTPUT + "record.c",
+      "    record->header_used = bytes;\n"
+      "    record->values = cb_row_count(config);\n",
+      "    record->header_used = bytes;\n")),
+    ("other-events-lost-count-does-not-add-up",
+     "While the events file cannot be written, the number of lost events does not grow beyond one, so "
+     "lost_before in the next event is too small",
+     (OUTPUT + "events.c",
+      "events->lost = events->error == 0 ? 0 : events->lost + 1;",
+      "events->lost = events->error == 0 ? 0 : 1;")),
+    ("other-history-order-after-wrap",
+     "Once there were more mode changes than the history holds, the statistics list it from the first slot of "
+     "the ring instead of the oldest change, so it is out of order",
+     (OUTPUT + "stats_json.c",
+      "&stats->history[i % CB_STATS_HISTORY];",
+      "&stats->history[i - left_out];")),
+    ("other-unsent-status-counts-as-told",
+     "A status that systemd did not get, because the daemon was not ready yet or the queue was full, counts as "
+     "reported, so systemctl status stays empty or old until the next change",
+     (DAEMON + "main.c",
+      "    if (!cb_supervise_status(&daemon->supervise, text)) return;\n",
+      "    cb_supervise_status(&daemon->supervise, text);\n")),
+    ("other-blackbox-keeps-beyond-one-limit",
+     "The folder of the black box is only trimmed when both the number and the size of its files are beyond "
+     "their limits, so either limit alone is not held",
+     (OUTPUT + "blackbox.c",
+      "(all.count <= files && all.bytes <= bytes))",
+      "(all.count <= files || all.bytes <= bytes))")),
 ]
