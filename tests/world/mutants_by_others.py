@@ -3182,4 +3182,18 @@ DEFECTS_BY_OTHERS = [
      (OUTPUT + "blackbox.c",
       "(all.count <= files && all.bytes <= bytes))",
       "(all.count <= files || all.bytes <= bytes))")),
+    ("other-black-box-refused-write-is-more",
+     "A write of the black box that fails with EAGAIN counts as rows to come: the file goes on behind a part of a "
+     "row (the sources had this)",
+     (OUTPUT + "blackbox.c",
+      "    if (error != 0 || !more || !comes)",
+      "    if ((error != 0 && error != EAGAIN) || !more || !comes)")),
+    ("other-compression-refused-write-is-more",
+     "A write of the compression that fails with EAGAIN counts as more to come, when both files are closed (the "
+     "sources had this)",
+     (OUTPUT + "compress.c",
+      "    cb_compress_abandon();\n"
+      "    return error;",
+      "    cb_compress_abandon();\n"
+      "    return error == EAGAIN ? CB_COMPRESS_MORE : error;")),
 ]

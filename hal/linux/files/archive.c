@@ -59,7 +59,7 @@ static int replace(struct cb_archive *archive, const char *plain) {
 }
 
 /* Looks at one number. A plain file whose compressed one is there is a crash's rest. out: 0;
- * EAGAIN: its compression begins; or errno */
+ * CB_COMPRESS_MORE: its compression begins; or errno */
 static int look(struct cb_archive *archive, const char *plain) {
     char compressed[CB_ROTATE_NAME];
     if (cb_rotate_bytes(archive->path, archive->number) < 0) return ENOENT;
@@ -68,7 +68,7 @@ static int look(struct cb_archive *archive, const char *plain) {
     if (access(compressed, F_OK) == 0) return unlink(plain) == 0 ? 0 : errno;
     const int error = cb_compress_begin(plain, archive->temporary);
     archive->compresses = error == 0;
-    return error == 0 ? EAGAIN : error;
+    return error == 0 ? CB_COMPRESS_MORE : error;
 }
 
 void cb_archive_work(struct cb_archive *archive) {
@@ -76,7 +76,7 @@ void cb_archive_work(struct cb_archive *archive) {
     if (archive->number == 0) return;
     cb_rotate_name(plain, archive->path, archive->number, false);
     int error = archive->compresses ? cb_compress_step() : look(archive, plain);
-    if (error == EAGAIN) return;
+    if (error == CB_COMPRESS_MORE) return;
     if (error == 0 && archive->compresses) error = replace(archive, plain);
     archive->error = error == ENOENT ? 0 : error;
     if (archive->error != 0 && archive->compresses) unlink(archive->temporary);

@@ -236,8 +236,8 @@ static size_t put_row(struct cb_blackbox *box, char *text, int64_t last_us) {
     return cb_row_line(text, &frame, values, box->values);
 }
 
-/* Writes rows up to that time, a slice at most. out: EAGAIN: there are more to come; 0; or errno */
-static int write_slice(struct cb_blackbox *box, int64_t last_us) {
+/* Writes rows up to that time, a slice at most. out: 0, or errno. *more: others may come */
+static int write_slice(struct cb_blackbox *box, int64_t last_us, bool *more) {
     static char text[8 * CB_ROW_TEXT];
     size_t used = 0, bytes = 1;
     if (box->added - box->next > box->capacity) box->next = box->added - box->capacity;
@@ -251,8 +251,8 @@ static int write_slice(struct cb_blackbox *box, int64_t last_us) {
         used += bytes;
         box->next++;
     }
-    if (cb_output_write(box->fd, text, used) != used) return errno;
-    return bytes == 0 ? 0 : EAGAIN;
+    *more = bytes != 0;
+    return cb_output_write(box->fd, text, used) == used ? 0 : errno;
 }
 
 /* out: the event's file is to begin */
@@ -269,10 +269,10 @@ void cb_blackbox_work(struct cb_blackbox *box, int64_t now_us) {
         return;
     }
     const int64_t last_us = last_time(box);
-    error = write_slice(box, last_us);
-    const bool more = box->next < box->added || now_us < last_us + 1000000;
-    if (error == EAGAIN && more) return;
-    box->error = end(box, error == EAGAIN ? 0 : error); /* EAGAIN: the loop has ended */
+    bool more = false;
+    error = write_slice(box, last_us, &more);
+    const bool comes = box->next < box->added || now_us < last_us + 1000000; /* the loop runs */
+    if (error != 0 || !more || !comes) box->error = end(box, error);
 }
 
 /* Writes what is pending up to the last row. */
@@ -280,8 +280,8 @@ static void drain(struct cb_blackbox *box, int64_t now_us) {
     int error = 0;
     if (box->rows == NULL || box->word == NULL) return;
     if (box->fd < 0) error = begin(box, now_us);
-    while (error == 0 && box->next < box->added)
-        if ((error = write_slice(box, INT64_MAX)) == EAGAIN) error = 0;
+    bool more = false;
+    while (error == 0 && box->next < box->added) error = write_slice(box, INT64_MAX, &more);
     box->error = end(box, error);
     box->word = NULL; /* this is the event's last file */
 }

@@ -82,13 +82,13 @@ static int finish(void) {
 
 int cb_compress_step(void) {
     const ssize_t bytes = read(job.from, job.in, sizeof job.in);
-    if (bytes < 0 && errno == EINTR) return EAGAIN;
+    if (bytes < 0 && errno == EINTR) return CB_COMPRESS_MORE;
     int error = bytes < 0 ? errno : 0;
     if (bytes > 0) {
         job.stream.next_in = job.in;
         job.stream.avail_in = (unsigned)bytes;
         error = put(Z_NO_FLUSH);
-        if (error == 0) return EAGAIN;
+        if (error == 0) return CB_COMPRESS_MORE;
     }
     if (bytes == 0) error = finish();
     cb_compress_abandon();
