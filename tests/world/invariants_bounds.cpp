@@ -357,22 +357,24 @@ class outage_invariant : public invariant {
     explicit outage_invariant(run &of)
         : invariant(of, "outage"),
           lag_ns_(longest_lag(of)),
-          // Otherwise others write, or late writes come, or readings show other values.
-          compares_(lag_ns_ == 0 &&
-                    !draws_any(of, {fault_kind::foreign, fault_kind::reload, fault_kind::hostile,
-                                    fault_kind::wire, fault_kind::sensors, fault_kind::boundary,
-                                    fault_kind::twice, fault_kind::loss, fault_kind::exception,
-                                    fault_kind::memory, fault_kind::mute, fault_kind::line,
-                                    fault_kind::reset, fault_kind::tear, fault_kind::partial,
-                                    fault_kind::stray})) {}
+          // Otherwise others write, or late writes come, or readings show other values. What a
+          // register holds is compared even so.
+          compares_applied_(
+              lag_ns_ == 0 &&
+              !draws_any(
+                  of,
+                  {fault_kind::foreign, fault_kind::reload, fault_kind::hostile, fault_kind::wire,
+                   fault_kind::sensors, fault_kind::boundary, fault_kind::twice, fault_kind::loss,
+                   fault_kind::exception, fault_kind::memory, fault_kind::mute, fault_kind::line,
+                   fault_kind::reset, fault_kind::tear, fault_kind::partial, fault_kind::stray})) {}
     void started() override {
         found_ = found::nothing;
         written_ns_ = never;  // until the first write: start_invariant
-        beats_ = restarted_ = false;
+        beats_ = behind_ = restarted_ = false;
     }
     void exchanged(const exchange &seen) override {
         const machine &facts = of_.running_at(seen.sent);
-        if (lag_ns_ == never) return;
+        if (lag_ns_ == never || draws(of_, fault_kind::memory)) return;
         const bool reads = is_reading(facts, seen) && head_of(facts, seen).whole;
         if (reads && seen.written.empty()) take(facts, seen);
         judge_write(facts, seen);
@@ -385,6 +387,7 @@ class outage_invariant : public invariant {
     void judge_write(const machine &facts, const exchange &seen) {
         const time_ns lost_ns = contact_lasts(facts) + lag_ns_;
         const bool lost = written_ns_ != never && seen.sent - written_ns_ > lost_ns;
+        if (seen.exception != 0) found_ = found::nothing;
         if (is_read_back(facts, seen)) find(facts, seen, lost);
         if (is_refused_read_back(facts, seen) && lost) {
             found_ = found::refused;
@@ -396,19 +399,22 @@ class outage_invariant : public invariant {
             judge(author, block_of(author, seen));
             found_ = found::nothing;
         }
-        restarted_ = false;
+        behind_ = restarted_ = false;
         written_ns_ = written_ns_ == never ? seen.sent : std::max(written_ns_, seen.sent);
     }
     void take(const machine &facts, const exchange &seen) {
         const std::uint16_t beat = head_of(facts, seen).heartbeat;
         const auto behind = static_cast<std::uint16_t>(beat_ - beat - 1);
-        restarted_ = restarted_ || (beats_ && behind < 0x7FFF);
+        // Before the contact is lost the box takes no PLC for one that has restarted.
+        behind_ = behind_ || (beats_ && behind < 0x7FFF);
+        restarted_ = restarted_ || (beats_ && behind < 0x7FFF && written_ns_ != never &&
+                                    seen.sent - written_ns_ > contact_lasts(facts));
         beat_ = beat;
         beats_ = true;
         applied_um_ = all_applied_in(facts, seen);
     }
     void find(const machine &facts, const exchange &seen, bool lost) {
-        found_ = lost && compares_ && seen.duration != never ? found::block : found::nothing;
+        found_ = lost && seen.duration != never ? found::block : found::nothing;
         if (found_ == found::nothing) return;
         exchange as_written = seen;
         as_written.decoded_for = nullptr;
@@ -438,6 +444,8 @@ class outage_invariant : public invariant {
                 continue;
             }
             const bool applies = channel.has_applied && c < found_um_.size();
+            if (!compares_applied_ && (applies || partner_of(facts, c))) continue;
+            if (c >= held_.um.size() || (!applies && behind_ != restarted_)) continue;
             const double from_um = applies ? found_um_[c] : restarted_ ? 0.0 : held_.um[c];
             if (!(std::fabs(from_um) <= channel.limit_um) || is_joined(facts, c)) continue;
             const double now_um = applies ? applied_um_[c] : from_um;
@@ -450,14 +458,14 @@ class outage_invariant : public invariant {
     }
 
     time_ns lag_ns_, written_ns_ = never, found_ns_ = 0;
-    bool compares_;
+    bool compares_applied_;
     found found_ = found::nothing;  // by the newest read-back since the outage
     written_block held_;
     std::vector<double> applied_um_;  // of the newest reading; NaN: the channel has none
     std::vector<double> found_um_;    // of the one before that read-back; with "fc23" the box takes
                                       // the one behind it
     std::uint16_t beat_ = 0;          // of that one, if there is one
-    bool beats_ = false, restarted_ = false;
+    bool beats_ = false, behind_ = false, restarted_ = false;
 };
 
 // A read-back counts for the exchanges that follow it: behind a pause the registers may have other
@@ -497,73 +505,6 @@ class placed_invariant : public invariant {
     time_ns fails_ns_ = -never / 2, written_ns_ = -never / 2;
 };
 
-// Where contact returns, an output without `applied` goes on from what the PLC's register holds, or
-// from zero if the PLC has restarted: then its heartbeat is behind the one before (decision 5).
-class starts_invariant : public invariant {
-  public:
-    explicit starts_invariant(run &of)
-        : invariant(of, "starts"), judged_(!draws_any(of, {fault_kind::memory})) {}
-    void started() override {
-        held_.reset();
-        begins_ = true;
-        behind_ = restarted_ = false;
-        written_ns_ = -never / 2;
-    }
-    void exchanged(const exchange &seen) override {
-        const machine &facts = of_.running_at(seen.sent);
-        if (!judged_ || seen.sent < written_ns_) return;
-        if (seen.exception != 0) held_.reset();  // behind a refused read-back it starts from zero
-        if (is_read_back(facts, seen)) {
-            exchange back = seen;
-            back.written = seen.read;
-            back.decoded_for = nullptr;
-            held_ = block_of(facts, back);
-        }
-        if (is_reading(facts, seen) && head_of(facts, seen).whole) {
-            const std::uint16_t beat = head_of(facts, seen).heartbeat;
-            const unsigned back = static_cast<std::uint16_t>(beat_.value_or(beat) - beat);
-            if (back > 0 && back < 0x8000) {
-                behind_ = true;
-                // One from before a start is in the state file, or lost.
-                restarted_ =
-                    !begins_ && back < 0x7FFF && seen.sent - written_ns_ > contact_lasts(facts);
-            }
-            behind_ = behind_ || (begins_ && seen.sent - beat_ns_ > remembered);
-            beat_ = beat;
-            beat_ns_ = seen.sent;
-        }
-        if (seen.written.empty()) return;
-        if (held_ && (restarted_ || !behind_) && seen.sent - written_ns_ > contact_lasts(facts))
-            judge(facts, block_of(facts, seen));
-        held_.reset();
-        begins_ = behind_ = restarted_ = false;
-        written_ns_ = seen.sent;
-    }
-
-  private:
-    void judge(const machine &facts, const written_block &first) {
-        for (std::size_t c = 0; c < std::min(first.um.size(), held_->um.size()); ++c) {
-            const channel_facts &channel = facts.channels[c];
-            if (channel.has_applied || partner_of(facts, c)) continue;
-            if (!std::isfinite(held_->um[c])) continue;
-            const double from_um =
-                restarted_ ? 0 : std::clamp(held_->um[c], -channel.limit_um, channel.limit_um);
-            const double most_um =
-                2e-6 * channel.slew_um_per_s * static_cast<double>(facts.period_us) +
-                2.01 * channel.unit_um + 1e-3;
-            if (std::fabs(first.um[c] - from_um) > most_um)
-                violated(fmt::format("{} starts at {} µm, and the PLC {} {} µm", channel.name,
-                                     first.um[c], restarted_ ? "restarted and held" : "holds",
-                                     held_->um[c]));
-        }
-    }
-    static constexpr time_ns remembered = 60 * second;  // it has not passed its half range since
-    bool judged_, begins_ = true, behind_ = false, restarted_ = false;
-    std::optional<written_block> held_;  // by the newest read-back, since the last write
-    std::optional<std::uint16_t> beat_;  // of the newest reading
-    time_ns written_ns_ = -never / 2, beat_ns_ = -never / 2;
-};
-
 }  // namespace
 
 void add_bounds(run &of, invariants &all) {
@@ -575,7 +516,6 @@ void add_bounds(run &of, invariants &all) {
     all.push_back(std::make_unique<start_invariant>(of));
     all.push_back(std::make_unique<outage_invariant>(of));
     all.push_back(std::make_unique<placed_invariant>(of));
-    all.push_back(std::make_unique<starts_invariant>(of));
 }
 
 }  // namespace compbox::world

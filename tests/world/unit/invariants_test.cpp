@@ -224,7 +224,7 @@ const edge edges[] = {
      [](cb_loop &loop) { loop.box->plc.silent = true; }},
     // Short writes take the serial line away, and the PLC is not read for some periods.
     {"silence", 310798, 3000, "preempt,partial,restart,clock,links,mute", nullptr},
-    {"silence", 6, 1500, "mute",
+    {"silence", 12, 1500, "mute",
      [](cb_loop &loop) {
          cb_plc_state &plc = loop.box->plc;
          if (plc.unconfirmed_us > 3 * loop.box->config.period_us) plc.readable = false;
