@@ -129,8 +129,7 @@ void add_contents(run &of, invariants &all);    // invariants_contents.cpp
 void add_wire(run &of, invariants &all);        // invariants_wire.cpp
 void add_counters(run &of, invariants &all);    // invariants_counters.cpp
 void add_lags(run &of, invariants &all);        // invariants_lags.cpp
-
-void add_loading(run &of, invariants &all);  // invariants_loading.cpp
+void add_loading(run &of, invariants &all);     // invariants_loading.cpp
 
 invariants all_invariants(run &of);
 

@@ -361,12 +361,11 @@ class outage_invariant : public invariant {
           // register holds is compared even so.
           compares_applied_(
               lag_ns_ == 0 &&
-              !draws_any(
-                  of,
-                  {fault_kind::foreign, fault_kind::reload, fault_kind::hostile, fault_kind::wire,
-                   fault_kind::sensors, fault_kind::boundary, fault_kind::twice, fault_kind::loss,
-                   fault_kind::exception, fault_kind::memory, fault_kind::mute, fault_kind::line,
-                   fault_kind::reset, fault_kind::tear, fault_kind::partial, fault_kind::stray})) {}
+              !draws_any(of, {fault_kind::foreign, fault_kind::reload, fault_kind::hostile,
+                              fault_kind::wire, fault_kind::sensors, fault_kind::boundary,
+                              fault_kind::twice, fault_kind::loss, fault_kind::exception,
+                              fault_kind::mute, fault_kind::line, fault_kind::reset,
+                              fault_kind::tear, fault_kind::partial, fault_kind::stray})) {}
     void started() override {
         found_ = found::nothing;
         written_ns_ = never;  // until the first write: start_invariant
@@ -404,11 +403,11 @@ class outage_invariant : public invariant {
     }
     void take(const machine &facts, const exchange &seen) {
         const std::uint16_t beat = head_of(facts, seen).heartbeat;
-        const auto behind = static_cast<std::uint16_t>(beat_ - beat - 1);
+        const bool falls = beats_ && static_cast<std::uint16_t>(beat_ - beat - 1) < 0x7FFF;
         // Before the contact is lost the box takes no PLC for one that has restarted.
-        behind_ = behind_ || (beats_ && behind < 0x7FFF);
-        restarted_ = restarted_ || (beats_ && behind < 0x7FFF && written_ns_ != never &&
-                                    seen.sent - written_ns_ > contact_lasts(facts));
+        const bool lost = written_ns_ != never && seen.sent - written_ns_ > contact_lasts(facts);
+        behind_ = behind_ || falls;
+        restarted_ = restarted_ || (falls && lost);
         beat_ = beat;
         beats_ = true;
         applied_um_ = all_applied_in(facts, seen);

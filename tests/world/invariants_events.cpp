@@ -129,8 +129,10 @@ class events_invariant : public invariant {
     // Only an event about a coefficient file says who brought one.
     void judge(const nlohmann::json &event) {
         judge_clocks(event);
-        if (event.contains("boot_s")) judge_words(event);
-        if (event.contains("boot_s")) note_told(event);
+        if (event.contains("boot_s")) {
+            judge_words(event);
+            note_told(event);
+        }
         lost_ += event.value("lost_before", std::uint64_t{0});
         const std::string mode = event.value("mode", "");  // others have none
         modes_ += !mode.empty() && std::exchange(told_mode_, mode) != mode;

@@ -639,7 +639,7 @@ bool misses_key(json &root, dice &chance) {
     return true;
 }
 
-// Keys that no object has, and a second one of each name.
+// A key that no object has. out: false: the file has no such object
 bool has_unknown_key(json &root, dice &chance) {
     const required_keys &of = required[chance.below(std::size(required))];
     const std::vector<json *> found = objects_at(root, of.path);
