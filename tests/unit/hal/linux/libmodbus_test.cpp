@@ -80,6 +80,7 @@ class loop {
         if (writes) cb_libmodbus_write(client.get(), 100, 2, block);
         cb_libmodbus_post(client.get(), cb_boottime_us() + due_us);
         sleep_ms(period_us / 1000);
+        for (int i = 0; awaits && i < 100000 && !awaits(); ++i) sleep_ms(1);
         return now;
     }
     // Runs cycles until one is as wanted.
@@ -92,6 +93,10 @@ class loop {
         ADD_FAILURE() << "not within 1000 cycles";
         return {};
     }
+    // out: what the client's thread has written there
+    static uint32_t seen(const uint32_t &shared) {
+        return __atomic_load_n(&shared, __ATOMIC_ACQUIRE);
+    }
     cycle until_read() {
         return until(false, [](const cycle &c) { return c.read == CB_TRANSFER_OK; });
     }
@@ -100,6 +105,7 @@ class loop {
     }
 
     std::function<void(const cycle &)> at_handed;  // before the cycle posts
+    std::function<bool()> awaits;                  // what the next cycle begins behind, if given
     int64_t due_us;                                // from the post to the next tick
     bool reads_back = false;
     std::unique_ptr<cb_libmodbus> client = std::make_unique<cb_libmodbus>();
@@ -183,9 +189,11 @@ TEST(libmodbus, a_write_is_reported_while_the_reading_behind_it_is_pending) {
         });
         loop box(plc.port(), exchange, patient_us);
         box.reads_back = true;
+        box.awaits = [&] { return box.seen(box.client->ended) != CB_TRANSFER_NONE; };
         const cycle done = box.until_fate(CB_TRANSFER_OK);
         EXPECT_NE(done.read, CB_TRANSFER_OK);
         reported = true;
+        box.awaits = nullptr;
         box.until_read();
     }
 }
@@ -367,6 +375,7 @@ TEST(libmodbus, leaving_behind_a_connection_that_is_lost_keeps_the_next_one) {
     });
     loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
     bool left = false;
+    box.awaits = [&] { return box.seen(box.client->state) == CB_JOB_DONE; };
     box.at_handed = [&](const cycle &c) {
         if (left || c.handed.write != CB_TRANSFER_UNKNOWN || !box.client->fresh) return;
         cb_libmodbus_leave(box.client.get());
