@@ -75,8 +75,7 @@ static bool is_at_rest(const struct cb_box *box, unsigned index) {
 }
 
 bool cb_box_at_rest(const struct cb_box *box) {
-    if (box->mode.mode != CB_MODE_STANDBY || box->mode.reason != CB_REASON_NOT_ENABLED)
-        return false;
+    if (!box->mode.withheld) return false;
     for (unsigned i = 0; i < cb_all_channels(&box->config); ++i)
         if (!is_at_rest(box, i)) return false;
     return true;

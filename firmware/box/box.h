@@ -149,9 +149,9 @@ bool cb_box_adopt(struct cb_box *fresh, const struct cb_box *old);
  * memory: such a box writes nothing, and its limits are unknown. */
 int64_t cb_box_stop_us(const struct cb_box *box);
 
-/* out: true if a configuration with other limits or registers may take over: the mode is STANDBY
- *      because the PLC, readable and alive, has not set enable, and the PLC certainly holds zero
- *      everywhere */
+/* out: true if a configuration with other limits or registers may take over: the PLC, readable and
+ *      alive, has not set enable, and certainly holds zero everywhere. In FAULT, too: a file's own
+ *      error_um may be what no reset ends */
 bool cb_box_at_rest(const struct cb_box *box);
 
 /* out: index in old's channels of the first output that would step in cb_box_adopt(); CB_NONE:

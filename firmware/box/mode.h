@@ -85,6 +85,7 @@ struct cb_mode_state {
     uint8_t mode;     /* enum cb_mode */
     uint8_t reason;   /* enum cb_reason; of a latched fault until it is reset */
     bool enable_was;  /* enable of the previous step */
+    bool withheld;    /* the PLC, readable and alive, has not set enable */
     bool lost;        /* a loss happened: permit resume or a new enable edge is needed */
     uint32_t hold_us; /* time spent in HOLD */
 };

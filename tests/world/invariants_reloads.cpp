@@ -17,7 +17,8 @@ class reload_invariant : public invariant {
   public:
     explicit reload_invariant(run &of)
         : invariant(of, "reload"),
-          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})) {}
+          judged_(!draws_any(of, {fault_kind::hostile, fault_kind::memory})),
+          ends_well_(!draws(of, fault_kind::memory)) {}
     void started() override {
         mode_ = fakeplc::box_mode::standby;
         holds_zero_ = true;
@@ -60,15 +61,15 @@ class reload_invariant : public invariant {
     }
     void faults_ended() override { quiet_ns_ = of_.time.now(); }
     void scanned(const fakeplc::plc_state &) override {
-        if (!judged_ || quiet_ns_ == never || of_.asked_to_stop || !of_.box.runs()) return;
-        if (!of_.box_machine.demands_fit || of_.time.now() - quiet_ns_ < of_.recovery_ns()) return;
+        if (!ends_well_ || quiet_ns_ == never || of_.asked_to_stop || !of_.box.runs()) return;
+        if (of_.time.now() - quiet_ns_ < of_.recovery_ns()) return;
         if (of_.running().revision != of_.revision)
             violated(fmt::format("revision {} is on the disk, {} runs", of_.revision,
                                  of_.running().revision));
     }
 
   private:
-    bool judged_;
+    bool judged_, ends_well_;
     unsigned mode_ = 0;
     bool holds_zero_ = true;  // by the write that acted last
     time_ns sent_ns_ = 0, quiet_ns_ = never;

@@ -311,6 +311,34 @@ TEST(box_at_rest, is_standby_by_the_plcs_wish_with_all_at_zero) {
     EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "the PLC may hold something else";
 }
 
+// A file whose own demand is beyond its error_um stays in FAULT, whoever presses reset. The wider one
+// that mends it is taken there, with enable off, and the reset ends the FAULT then.
+TEST(box_at_rest, is_fault_with_enable_off_and_all_at_zero) {
+    reload_rig rig;
+    ASSERT_TRUE(rig.reload(original(1e6)));
+    rig.step();
+    ASSERT_EQ(rig.mode(), CB_MODE_FAULT);
+    for (int i = 0; i < 400 && rig.written(4) != 0; ++i) rig.step();
+    rig.steps(2);
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "enable is set";
+    rig.control(2);
+    rig.step();
+    EXPECT_TRUE(cb_box_at_rest(rig.box.get()));
+    rig.box->channels[0].possible_max_um = 1;
+    EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "the PLC may hold something else";
+    rig.step();
+    rig.control(6);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_FAULT) << "the demand is still there";
+    rig.control(2);
+    ASSERT_TRUE(rig.reload(original()));
+    rig.step();
+    EXPECT_EQ(rig.reason(), CB_REASON_DEMAND) << "until the reset";
+    rig.control(6);
+    rig.step();
+    EXPECT_EQ(rig.mode(), CB_MODE_STANDBY);
+}
+
 // The PLC returns after an outage with enable off and an offset of zero, but an old register.
 // out: whether the box is at rest before it has written, and behind the confirmed write
 std::pair<bool, bool> rests_behind_an_old_register(cb_transfer held, double register_um) {

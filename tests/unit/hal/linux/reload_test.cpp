@@ -277,7 +277,7 @@ TEST_F(reload_offer, of_a_larger_limit_is_pending_and_reported_once) {
     EXPECT_EQ(offer(wider), CB_RELOAD_PENDING);
     EXPECT_EQ(last(), path +
                           ": revision 8 is pending: channel Z: limit_um is 350, not 300; it is "
-                          "taken in STANDBY with enable off and all outputs at zero; revision 7 "
+                          "taken with enable off and all outputs at zero; revision 7 "
                           "goes on");
     EXPECT_TRUE(loop->at_rest_only);
     EXPECT_TRUE(cb_reload_ready(&reload, loop.get()));
