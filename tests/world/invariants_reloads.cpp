@@ -22,8 +22,12 @@ class reload_invariant : public invariant {
     void started() override {
         mode_ = fakeplc::box_mode::standby;
         holds_zero_ = true;
+        unread_ = 0;
     }
+    void ticked() override { ++unread_; }
     void exchanged(const exchange &seen) override {
+        const bool replies = seen.duration != never && seen.exception == 0;
+        if (replies && is_reading(of_.running_at(seen.sent), seen)) unread_ = 0;
         if (seen.written.empty()) return;
         const written_block &block = block_of(of_.author_of(seen), seen);
         holds_zero_ = block.is_zero();  // be it a late one
@@ -41,6 +45,10 @@ class reload_invariant : public invariant {
             violated(fmt::format("revision {} is wider, and is taken while ACTIVE", is.revision));
         if (!holds_zero_)
             violated(fmt::format("revision {} is wider, and the PLC holds an output", is.revision));
+        if (unread_ * was.period_us * us > contact_lasts(was))
+            violated(
+                fmt::format("revision {} is wider, and is taken {} cycles behind the last reading",
+                            is.revision, unread_));
     }
     // Without a signal a file is read once it has not changed from one look to the next, a second
     // later.
@@ -71,7 +79,8 @@ class reload_invariant : public invariant {
   private:
     bool judged_, ends_well_;
     unsigned mode_ = 0;
-    bool holds_zero_ = true;  // by the write that acted last
+    std::int64_t unread_ = 0;  // cycles since the PLC was read
+    bool holds_zero_ = true;   // by the write that acted last
     time_ns sent_ns_ = 0, quiet_ns_ = never;
 };
 

@@ -547,17 +547,13 @@ void run::end_faults() {
 }
 
 // The operator of a world that was put right restarts a service whose log refuses the good file: a
-// fault may have left it with another PLC's address, or with a later revision. So does one whose
-// box stays in FAULT by its own demand while that file is pending: no reset ends that.
+// fault may have left it with another PLC's address, or with a later revision.
 void run::heed(const std::string &line) {
     const bool restarts = line.find("which takes a restart") != std::string::npos ||
                           line.find("is older than the running one") != std::string::npos;
-    const bool pends = line.find(" is pending: ") != std::string::npos;
-    if (faults.active() || !(restarts || pends)) return;
-    time.at(time.now() + (restarts ? second : 10 * second), [this, restarts, start = starts()] {
-        const bool faulty =
-            plc.control.duties().status() == (fakeplc::box_mode::fault | box_reason::demand << 8);
-        if (starts() == start && box.runs() && !stop_asked && (restarts || faulty)) stop_daemon();
+    if (faults.active() || !restarts) return;
+    time.at(time.now() + second, [this, start = starts()] {
+        if (starts() == start && box.runs() && !stop_asked) stop_daemon();
     });
 }
 
