@@ -155,6 +155,7 @@ class fault_injector : public call_faults,
     void disturb_redundant();
     void lie_together(dice own);
     void be_off(const std::string &sensor, double off, time_ns pause);
+    void enable_too_early(dice own);
     void lose_position();
     void lose_velocity(const fakeplc::shown_signal &signal);
     void lie_about(const fakeplc::shown_signal &signal);

@@ -505,7 +505,11 @@ void fault_injector::plan_sensors() {
         lie_about(chance(fault_kind::sensors).one_of(of_.box_machine.map.signals));
     });
     plan_long_silence();
-    repeat(fault_kind::sensors, 4 * second, [this] { lose_position(); });
+    repeat(fault_kind::sensors, 4 * second, [this] {
+        dice own(of_.options.seed + static_cast<std::uint64_t>(of_.time.now()), "too early");
+        if (own.one_in(6)) enable_too_early(own);
+        lose_position();
+    });
     for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals)
         if (!signal.velocity_of.empty())
             repeat(fault_kind::sensors, 4 * second, [this, &signal] { lose_velocity(signal); });
@@ -568,6 +572,33 @@ void fault_injector::be_off(const std::string &sensor, double off, time_ns pause
         of_.plc.sensor_off[sensor] = off;
         of_.plc.show_redundant();
     });
+}
+
+// The operator switches enable off and on while an essential signal has no valid value, and permits
+// no resume: no permission for the time behind it.
+void fault_injector::enable_too_early(dice own) {
+    constexpr time_ns longest_age = 10 * second;
+    std::vector<const fakeplc::shown_signal *> essential;
+    for (const fakeplc::shown_signal &signal : of_.box_machine.map.signals) {
+        const signal_facts *facts = of_.running().signal(signal.name);
+        if (facts != nullptr && facts->essential && facts->max_age_us * us < longest_age)
+            essential.push_back(&signal);
+    }
+    if (essential.empty()) return;
+    const fakeplc::shown_signal &lost = *own.one_of(essential);
+    const time_ns off_ns = of_.running().signal(lost.name)->max_age_us * us + second,
+                  on_ns = off_ns + own.time_between(300 * ms, 2 * second);
+    note(fault_kind::sensors, lost.name + " has no value, and enable goes off and on meanwhile");
+    of_.plc.control.set_permit(false);
+    lie_on(lost, out_of_range, lost.max.value_or(1e4) + 10,
+           of_.time.now() + on_ns + own.time_between(second, 4 * second));
+    for (const bool on : {false, true}) {
+        later(on ? on_ns : off_ns, [this, on] {
+            if (!active_) return;
+            of_.plc.catch_up();
+            of_.plc.control.set_enable(on);
+        });
+    }
 }
 
 // A position has no valid value while its axis moves, for less than its maximum age.
