@@ -76,7 +76,7 @@ class events_invariant : public invariant {
         check();
         if (!how.by_signal && how.code == 0) safe_ = lines_;
         if (of_.keeps_events() && !how.by_signal && !gives_up_ && changes_ > 2 && changes_ < few &&
-            2 * modes_ < changes_ &&
+            2 * (modes_ + left_out_) < changes_ &&
             !draws_any(of_, {fault_kind::disk, fault_kind::refuse, fault_kind::links}))
             violated(
                 fmt::format("{} events of the mode, which changed {} times", modes_, changes_));
