@@ -118,7 +118,10 @@ class reference_invariant : public invariant {
         std::vector<target> targets;
         for (std::size_t c = 0; c < facts.channels.size(); ++c)
             targets.push_back(target_of(facts, c));
-        for (const pair_facts &pair : facts.pairs) join(facts, pair, targets);
+        for (const pair_facts &pair : facts.pairs) {
+            join(facts, pair, targets);
+            judge_standing(facts, pair, targets, block);
+        }
         for (std::size_t c = 0; c < targets.size(); ++c) {
             const std::optional<std::size_t> other = partner_of(facts, c);
             if (std::isnan(targets[c].um) || waits(facts, c, targets) ||
@@ -253,6 +256,24 @@ class reference_invariant : public invariant {
         a.um -= give;
         b.um += give;
     }
+    // A pair that is not at its targets moves: the way of each motor waits for the other's alone.
+    void judge_standing(const machine &facts, const pair_facts &pair,
+                        const std::vector<target> &targets, const written_block &block) {
+        constexpr int most = 20;  // steps in a row that are looked at
+        bool stands = steady_ > settled, is_away = false;
+        for (const std::size_t c : {pair.first, pair.second}) {
+            const double unit_um = facts.channels[c].unit_um, to_um = targets[c].um;
+            stands = stands && !std::isnan(to_um) && !waits(facts, c, targets) &&
+                     std::fabs(block.um[c] - before_.um[c]) < 0.1 * unit_um + 1e-6;
+            is_away = is_away || std::fabs(block.um[c] - to_um) > targets[c].near + 2 * unit_um;
+        }
+        stands_ = stands && is_away ? stands_ + 1 : 0;
+        if (stands_ > most)
+            violated(fmt::format("{} and {} stand at {} and {} um, their targets are {} and {} um",
+                                 facts.channels[pair.first].name, facts.channels[pair.second].name,
+                                 block.um[pair.first], block.um[pair.second],
+                                 targets[pair.first].um, targets[pair.second].um));
+    }
     // out: the way of this step, at least
     double step_um(const machine &facts, const channel_facts &channel) const {
         return 0.97 * elapsed_s_ * least_slew_um_per_s(facts, channel);
@@ -279,7 +300,9 @@ class reference_invariant : public invariant {
                        double is_um) {
         const double rounding_um = (to.at_limit ? 2.0 : 0.51) * channel.unit_um;
         const bool stays = std::fabs(is_um - was_um) < 0.1 * channel.unit_um + 1e-6;
-        const double most_um = to.near + rounding_um + (stays ? channel.deadband_um : 0);
+        const bool to_zero = std::fabs(to.um) + to.near < 0.49 * channel.unit_um;
+        const double most_um =
+            to.near + rounding_um + (stays && !to_zero ? channel.deadband_um : 0);
         if (!stays && rests(channel, to, was_um))
             violated(fmt::format(
                 "{} moves from {} um to {} um, its terms want {} um: within its deadband of {} um",
@@ -306,6 +329,7 @@ class reference_invariant : public invariant {
     bool looked_back_ = false;          // since the newest write
     int steady_ = 0, calm_ = 0;         // steps in a row, in ACTIVE and in any mode
     int readings_ = 0;                  // since the newest write
+    int stands_ = 0;                    // steps in which the pair stood, and was away
     unsigned unlike_ = 0, slopes_ = 0;  // not each of them is judged
     time_ns open_until_ns_ = 0, sent_ns_ = 0, read_ns_ = 0, replied_ns_ = 0, stepped_ns_ = 0;
     double elapsed_s_ = 0;            // between the two newest steps, at least

@@ -459,6 +459,13 @@ struct draft {
             std::max(2.5 * made.channels.back().unit_um, limit_um * chance.log_between(0.02, 1)));
         const std::size_t last = made.channels.size() - 1;
         made.pairs.push_back({last - 1, last, most});
+        dice own(made.twin.seed, "limits of a pair");
+        const std::size_t lower = last - own.below(2);
+        if (own.one_in(3)) {
+            const double lower_um = rounded(limit_um * own.between(0.2, 0.9));
+            made.channels[lower].limit_um = lower_um;
+            root["channels"][lower]["limit_um"] = lower_um;
+        }
         root["pairs"].push_back({{"channels", {"Y1", "Y2"}}, {"max_difference_um", most}});
     }
 

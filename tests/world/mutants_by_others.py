@@ -2405,7 +2405,7 @@ DEFECTS_BY_OTHERS = [
       "    cb_archive_finish(archive);\n",
       "    const bool limited = archive->most_bytes > 0;\n")),
     ("other-bus-report-is-dropped",
-     "Behind a full ring the state of the bus is told with its next turn",
+     "Behind a full ring the state of the bus is reported with its next turn",
      (LINUX + "bus.c",
       "if (back || !open || bus->untold) report(bus);",
       "if (back || !open) report(bus);")),
@@ -2602,7 +2602,7 @@ DEFECTS_BY_OTHERS = [
       "\"um_per_s\", (double)run->ceiling.um_per_s",
       "\"um_per_s\", (double)run->ceiling.um")),
     ("other-history-by-the-clock-of-the-boot",
-     "changes of the mode are told by the time since the boot",
+     "changes of the mode are reported by the time since the boot",
      (OUTPUT + "stats_json.c",
       "(double)(change->time_us - stats->first_us) * 1e-6",
       "(double)change->time_us * 1e-6")),
@@ -2904,7 +2904,7 @@ DEFECTS_BY_OTHERS = [
       "    daemon->state.stopped = daemon->loop.stopped;\n")),
     ("other-stop-times-of-the-first-box",
      "The time that a stop may take is always computed from the first box, which behind one reload is the "
-     "spare one. If the new file ramps slower, the loop is told to quit in the middle of the ramp to zero, "
+     "spare one. If the new file ramps slower, the loop has to quit in the middle of the ramp to zero, "
      "with exit code 1",
      (DAEMON + "stop.c",
       "            const int64_t longest_us = cb_box_stop_us(cb_loop_box(stop->loop)) + MARGIN_US;\n",
