@@ -110,11 +110,10 @@ static enum cb_reload_outcome keep_pending(struct cb_reload *reload, const struc
     const bool same = reload->pending_logged && reload->pending_crc32 == reload->loaded.facts.crc32;
     reload->pending = reload->pending_logged = true;
     reload->pending_crc32 = reload->loaded.facts.crc32;
-    report(
-        reload,
-        "%s: revision %u is pending: %s; it is taken with enable off and all outputs at zero; "
-        "revision %u goes on",
-        reload->path, (unsigned)fresh->revision, why, (unsigned)now->revision);
+    report(reload,
+           "%s: revision %u is pending: %s; it is taken with enable off and all outputs at zero; "
+           "revision %u goes on",
+           reload->path, (unsigned)fresh->revision, why, (unsigned)now->revision);
     return same ? CB_RELOAD_SAME : CB_RELOAD_PENDING;
 }
 

@@ -311,8 +311,8 @@ TEST(box_at_rest, is_standby_by_the_plcs_wish_with_all_at_zero) {
     EXPECT_FALSE(cb_box_at_rest(rig.box.get())) << "the PLC may hold something else";
 }
 
-// A file whose own demand is beyond its error_um stays in FAULT, whoever presses reset. The wider one
-// that mends it is taken there, with enable off, and the reset ends the FAULT then.
+// A file whose own demand is beyond its error_um stays in FAULT, whoever presses reset. The wider
+// one that mends it is taken there, with enable off, and the reset ends the FAULT then.
 TEST(box_at_rest, is_fault_with_enable_off_and_all_at_zero) {
     reload_rig rig;
     ASSERT_TRUE(rig.reload(original(1e6)));
