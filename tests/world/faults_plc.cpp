@@ -587,11 +587,12 @@ void fault_injector::enable_too_early(dice own) {
     if (essential.empty()) return;
     const fakeplc::shown_signal &lost = *own.one_of(essential);
     const time_ns off_ns = of_.running().signal(lost.name)->max_age_us * us + second,
-                  on_ns = off_ns + own.time_between(300 * ms, 2 * second);
+                  on_ns = off_ns + own.time_between(300 * ms, 2 * second),
+                  back_ns = on_ns + own.time_between(second, 4 * second);
     note(fault_kind::sensors, lost.name + " has no value, and enable goes off and on meanwhile");
     of_.plc.control.set_permit(false);
-    lie_on(lost, out_of_range, lost.max.value_or(1e4) + 10,
-           of_.time.now() + on_ns + own.time_between(second, 4 * second));
+    lie_on(lost, out_of_range, lost.max.value_or(1e4) + 10, of_.time.now() + back_ns);
+    later(back_ns + 3 * second, [this] { of_.plc.control.set_permit(of_.plc.permits_resume); });
     for (const bool on : {false, true}) {
         later(on ? on_ns : off_ns, [this, on] {
             if (!active_) return;

@@ -61,10 +61,10 @@ class loop {
     // it has not, and goes on to use what it was given.
     bool stop() {
         static auto &used_for_ever = *new std::vector<std::pair<cb_libmodbus *, cb_tcp *>>;
-        if (stopped) return true;
-        stopped = cb_libmodbus_stop(client.get());
-        if (!stopped) used_for_ever.push_back({client.release(), shown.release()});
-        return std::exchange(stopped, true);
+        if (std::exchange(stopped, true)) return true;
+        const bool ended = cb_libmodbus_stop(client.get());
+        if (!ended) used_for_ever.push_back({client.release(), shown.release()});
+        return ended;
     }
 
     // in : writes: registers 100 and 101 are written, to the number of the cycle
