@@ -164,6 +164,7 @@ void cb_mode_step(struct cb_mode_state *state, const struct cb_mode_events *even
     if (healthy(events) && events->enable && !state->enable_was) state->lost = false;
     state->mode = (uint8_t)next_mode(state, events, elapsed_us, max_hold_us);
     state->enable_was = events->enable;
+    /* with enable set nothing has to be searched */
     state->withheld = !events->enable && missing(state, events) == CB_REASON_NOT_ENABLED;
 }
 

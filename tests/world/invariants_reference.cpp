@@ -262,10 +262,11 @@ class reference_invariant : public invariant {
         constexpr int most = 20;  // steps in a row that are looked at
         bool stands = steady_ > settled, is_away = false;
         for (const std::size_t c : {pair.first, pair.second}) {
-            const double unit_um = facts.channels[c].unit_um, to_um = targets[c].um;
-            stands = stands && !std::isnan(to_um) && !waits(facts, c, targets) &&
-                     std::fabs(block.um[c] - before_.um[c]) < 0.1 * unit_um + 1e-6;
-            is_away = is_away || std::fabs(block.um[c] - to_um) > targets[c].near + 2 * unit_um;
+            const channel_facts &channel = facts.channels[c];
+            const target &to = targets[c];
+            stands = stands && !std::isnan(to.um) && !waits(facts, c, targets) &&
+                     stays(channel, before_.um[c], block.um[c]);
+            is_away = is_away || std::fabs(block.um[c] - to.um) > to.near + 2 * channel.unit_um;
         }
         stands_ = stands && is_away ? stands_ + 1 : 0;
         if (stands_ > most)
@@ -291,6 +292,9 @@ class reference_invariant : public invariant {
         return std::fabs(to.um - before_.um[c]) + to.near + 2 * channel.unit_um <=
                step_um(facts, channel);
     }
+    static bool stays(const channel_facts &channel, double was_um, double is_um) {
+        return std::fabs(is_um - was_um) < 0.1 * channel.unit_um + 1e-6;
+    }
     // Within its deadband an output stays, but for zero and its limit.
     static bool rests(const channel_facts &channel, const target &to, double was_um) {
         return !to.at_limit && std::fabs(to.um) > to.near + 2 * channel.unit_um &&
@@ -299,11 +303,11 @@ class reference_invariant : public invariant {
     void judge_arrival(const channel_facts &channel, const target &to, double was_um,
                        double is_um) {
         const double rounding_um = (to.at_limit ? 2.0 : 0.51) * channel.unit_um;
-        const bool stays = std::fabs(is_um - was_um) < 0.1 * channel.unit_um + 1e-6;
+        const bool is_same = stays(channel, was_um, is_um);
         const bool to_zero = std::fabs(to.um) + to.near < 0.49 * channel.unit_um;
         const double most_um =
-            to.near + rounding_um + (stays && !to_zero ? channel.deadband_um : 0);
-        if (!stays && rests(channel, to, was_um))
+            to.near + rounding_um + (is_same && !to_zero ? channel.deadband_um : 0);
+        if (!is_same && rests(channel, to, was_um))
             violated(fmt::format(
                 "{} moves from {} um to {} um, its terms want {} um: within its deadband of {} um",
                 channel.name, was_um, is_um, to.um, channel.deadband_um));

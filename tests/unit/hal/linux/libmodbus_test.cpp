@@ -30,10 +30,6 @@ using raw_server::two_registers;
 using raw_server::two_written;
 
 constexpr uint32_t period_us = 20000;
-// libmodbus waits by the clock of the machine. A client with this period gives up no reply, however
-// long the machine stands still, and has a fifth of it until the next tick: it neither waits for
-// its readings nor leaves a write out.
-constexpr uint32_t patient_us = 500000000;
 
 // What one cycle of the loop was given.
 struct cycle {
@@ -46,8 +42,7 @@ struct cycle {
 class loop {
   public:
     explicit loop(uint16_t port, cb_exchange exchange = CB_EXCHANGE_FC3_FC16,
-                  uint32_t with_us = period_us)
-        : due_us(with_us == patient_us ? patient_us / 5 : period_us) {
+                  uint32_t with_us = period_us) {
         cb_plc_config plc = {};
         std::strcpy(plc.host, "127.0.0.1");
         plc.port = port;
@@ -106,12 +101,26 @@ class loop {
 
     std::function<void(const cycle &)> at_handed;  // before the cycle posts
     std::function<bool()> awaits;                  // what the next cycle begins behind, if given
-    int64_t due_us;                                // from the post to the next tick
+    int64_t due_us = period_us;                    // from the post to the next tick
     bool reads_back = false;
     std::unique_ptr<cb_libmodbus> client = std::make_unique<cb_libmodbus>();
     std::unique_ptr<cb_tcp> shown = std::make_unique<cb_tcp>();
     uint16_t cycles = 0;
     bool stopped = false;
+};
+
+// libmodbus waits by the clock of the machine. This client gives up no reply, however long the
+// machine stands still. The fifth of its period until the next tick is what it needs for readings:
+// it neither waits before them nor leaves a write out.
+class patient_loop : public loop {
+  public:
+    explicit patient_loop(uint16_t port, cb_exchange exchange = CB_EXCHANGE_FC3_FC16)
+        : loop(port, exchange, patient_us) {
+        due_us = patient_us / 5;
+    }
+
+  private:
+    static constexpr uint32_t patient_us = 500000000;
 };
 
 bytes reply_to(const bytes &request, uint8_t value = 7) {
@@ -124,7 +133,7 @@ void serve(peer &p) {
 
 TEST(libmodbus, a_reading_of_one_cycle_is_returned_in_the_next_with_the_time_of_its_request) {
     server plc(behave);
-    loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+    patient_loop box(plc.port());
     const cycle first = box.run();
     EXPECT_EQ(first.read, CB_TRANSFER_FAILED) << "nothing was requested before";
     int64_t before_us = 0;
@@ -187,7 +196,7 @@ TEST(libmodbus, a_write_is_reported_while_the_reading_behind_it_is_pending) {
                                    : reply_to(r));
             }
         });
-        loop box(plc.port(), exchange, patient_us);
+        patient_loop box(plc.port(), exchange);
         box.reads_back = true;
         box.awaits = [&] { return box.seen(box.client->ended) != CB_TRANSFER_NONE; };
         const cycle done = box.until_fate(CB_TRANSFER_OK);
@@ -258,7 +267,7 @@ TEST(libmodbus, an_exception_refuses_the_request_and_keeps_the_connection) {
                 p.reply(two_registers(r, 1));
         }
     });
-    loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+    patient_loop box(plc.port());
     box.until_fate(CB_TRANSFER_REFUSED);
     box.until_fate(CB_TRANSFER_REFUSED);
     EXPECT_EQ(box.shown->link.disconnects, 0u);
@@ -314,7 +323,7 @@ TEST(libmodbus, with_fc23_a_write_and_a_reading_are_one_request) {
             p.reply({r[0], r[1], 0, 0, 0, 7, r[6], r[7], 4, 0, 1, 0, 2});
         }
     });
-    loop box(plc.port(), CB_EXCHANGE_FC23, patient_us);
+    patient_loop box(plc.port(), CB_EXCHANGE_FC23);
     const cycle done = box.until_fate(CB_TRANSFER_OK);
     EXPECT_EQ(done.read, CB_TRANSFER_OK);
     EXPECT_EQ(done.registers[1], 2);
@@ -354,7 +363,7 @@ TEST(libmodbus, leaving_ends_the_stream_behind_the_pending_write) {
         char byte;
         end = recv(p.fd, &byte, 1, 0);
     });
-    loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+    patient_loop box(plc.port());
     box.until_read();
     box.at_handed = [&](const cycle &c) {
         if (left || c.handed.write != CB_TRANSFER_UNKNOWN) return;
@@ -373,7 +382,7 @@ TEST(libmodbus, leaving_behind_a_connection_that_is_lost_keeps_the_next_one) {
         if (p.number > 0) return serve(p);
         for (bytes r = p.request(); r[7] != 16; r = p.request()) p.reply(reply_to(r));
     });
-    loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+    patient_loop box(plc.port());
     bool left = false;
     box.awaits = [&] { return box.seen(box.client->state) == CB_JOB_DONE; };
     box.at_handed = [&](const cycle &c) {
@@ -398,7 +407,7 @@ TEST(libmodbus, a_connection_that_was_ended_and_reset_is_closed_by_the_peer) {
         setsockopt(p.fd, SOL_SOCKET, SO_LINGER, &discard, sizeof discard);
         dup2(open("/dev/null", O_RDWR), p.fd);  // closes it at once
     });
-    loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+    patient_loop box(plc.port());
     box.until(false, [&](const cycle &) { return box.shown->link.connects >= 2; });
     EXPECT_EQ(box.shown->counters.closed_by_peer, 1u);
     EXPECT_EQ(box.shown->counters.socket_errors, 0u);
@@ -421,7 +430,7 @@ TEST(libmodbus, at_the_end_a_plc_that_still_sends_is_listened_to_until_it_closes
             end = recv(p.fd, &byte, 1, 0);
             took_us = cb_boottime_us() - left_us;
         });
-        loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+        patient_loop box(plc.port());
         box.until_read();
         left_us = cb_boottime_us();
     } while (end != 0 && took_us >= listens_us);
@@ -434,7 +443,7 @@ TEST(libmodbus, the_thread_ends_when_it_is_stopped) {
     server plc(serve);
     bool ended = false;
     for (int i = 0; i < 20 && !ended; ++i) {
-        loop box(plc.port(), CB_EXCHANGE_FC3_FC16, patient_us);
+        patient_loop box(plc.port());
         box.until_fate(CB_TRANSFER_OK);
         ended = box.stop();
     }
